@@ -60,13 +60,11 @@ impl Chunks {
         self.is_free[chunk]
     }
 
-    /// Bytes reserved on the GPU.
     pub(super) fn bytes(&self) -> u64 {
         let chunks = self.buffers.iter().zip(&self.is_free);
         chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
     }
 
-    /// Frees the memory of a chunk.
     pub(super) fn free(&mut self, gpu: &Gpu, chunk: usize) {
         self.put(gpu, chunk, self.placeholder.clone(), true);
     }

@@ -2,7 +2,6 @@
 
 use super::formats::DEPTH_FORMAT;
 
-/// A module of a shader in WGSL.
 pub(super) fn module(device: &wgpu::Device, label: &str, wgsl: &str) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
@@ -10,7 +9,6 @@ pub(super) fn module(device: &wgpu::Device, label: &str, wgsl: &str) -> wgpu::Sh
     })
 }
 
-/// The layout of a pipeline with these groups of bindings.
 pub(super) fn pipeline_layout(
     device: &wgpu::Device,
     label: &str,
@@ -46,7 +44,6 @@ pub(super) fn vertex<'a>(module: &'a wgpu::ShaderModule, entry: &'a str) -> wgpu
     wgpu::VertexState { module, entry_point: Some(entry), compilation_options, buffers: &[] }
 }
 
-/// The fragment stage of a shader.
 pub(super) fn fragment<'a>(
     module: &'a wgpu::ShaderModule,
     entry: &'a str,
@@ -114,7 +111,6 @@ pub(super) fn image(
     new_texture(device, label, format, sample_count, usage, size).create_view(&Default::default())
 }
 
-/// Usage of a texture that a pass draws to and a shader reads.
 pub(super) const DRAWN_AND_READ: wgpu::TextureUsages =
     wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
 

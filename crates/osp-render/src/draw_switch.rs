@@ -9,7 +9,6 @@ const MEASURED: usize = 4;
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
 /// A try ends after this number of frames, even if the GPU has not returned the times of some frames.
 const LONGEST_TRY: u32 = 24;
-/// Smallest and largest number of frames from one try to the next.
 const PAUSE: [u32; 2] = [64, 8192];
 /// Largest fraction of the drawing time that tries may add.
 const TRY_SHARE: f64 = 0.01;

@@ -4,9 +4,7 @@ use thiserror::Error;
 
 /// The reason why nothing could be drawn. The scene is never affected.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RenderError {
-    /// The system has no graphics driver.
     #[error(
         "no graphics adapter was found: is a driver installed? (on Linux, mesa-vulkan-drivers has one in software)"
     )]
@@ -29,7 +27,6 @@ pub enum RenderError {
     /// The size of a picture is zero, or exceeds the limit of the adapter.
     #[error("a picture of {width}x{height} cannot be drawn: expected 1 to {limit} pixels each way")]
     Size { width: u32, height: u32, limit: u32 },
-    /// The window has no surface to draw on.
     #[error("the window has no drawable surface: {0}")]
     Surface(String),
     /// The picture could not be written to the file.

@@ -1,6 +1,5 @@
 //! Formats shared by targets and pipelines.
 
-/// Number of samples of a pixel.
 pub const SAMPLES: u32 = 4;
 /// Format of the drawn colours: sRGB-encoded values, which may exceed 1.
 pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;

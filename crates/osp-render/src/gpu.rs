@@ -12,19 +12,14 @@ pub(super) const STORAGE_BUFFERS: u32 = CHUNKS_A_PAGE as u32 + 1;
 /// A graphics adapter with its device and queue.
 #[derive(Debug)]
 pub struct Gpu {
-    /// The instance, for making surfaces.
     pub instance: wgpu::Instance,
-    /// The adapter.
     pub adapter: wgpu::Adapter,
-    /// The device.
     pub device: wgpu::Device,
-    /// The queue.
     pub queue: wgpu::Queue,
     fault: Arc<Mutex<Option<Fault>>>,
     pub(super) samples_in_place: OnceLock<bool>,
 }
 
-/// The first fault of a device.
 #[derive(Clone, Debug)]
 enum Fault {
     Lost(String),
@@ -121,7 +116,6 @@ impl Gpu {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Whether the program runs in a browser.
     pub fn is_in_browser(&self) -> bool {
         self.adapter.get_info().backend == wgpu::Backend::BrowserWebGpu
     }

@@ -24,35 +24,27 @@ const GAP: usize = 16;
 /// for a moment.
 const TRANSFER: usize = 1 << 14;
 
-/// Number of vertices of a polygon.
 pub(super) const CORNERS: u32 = 4;
-/// Number of indices of the two triangles of a polygon.
 pub(super) const INDICES: u32 = 6;
 
-/// All polygons of a scene on the GPU.
 #[derive(Debug)]
 pub(super) struct GpuScene {
     chunks: Chunks,
-    /// Largest number of polygons of a draw call.
     draw_len: usize,
     /// Indices for as many polygons as the scene has, at most `draw_len`.
     indices: wgpu::Buffer,
     /// Number of polygons that the scene had freed at the last [`GpuScene::flush`].
     free_unreachable: u64,
-    /// Number of polygons on the GPU.
     pub(super) uploaded: usize,
     /// A bit for each uploaded polygon that has moved since its upload.
     moved: Vec<u64>,
     any_moved: bool,
     /// Groups that have moved as a whole since the last [`GpuScene::flush`].
     placed: BTreeSet<SpaceId>,
-    /// A bit for each transparent polygon.
     transparent: Vec<u64>,
-    /// A bit for each additive polygon.
     additive: Vec<u64>,
     /// Whether a brush has painted any polygon.
     pub(super) has_brushes: bool,
-    /// Whether any brush is animated.
     pub(super) is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
@@ -109,12 +101,10 @@ impl GpuScene {
         self.chunks.len * CHUNKS_A_PAGE
     }
 
-    /// Largest number of polygons of a draw call.
     pub(super) fn draw_len(&self) -> u32 {
         self.draw_len as u32
     }
 
-    /// Number of draw calls for `polygons` polygons of a page.
     pub(super) fn draw_calls(&self, polygons: usize) -> u64 {
         polygons.div_ceil(self.draw_len) as u64
     }
@@ -139,7 +129,6 @@ impl GpuScene {
         }
     }
 
-    /// Bytes reserved on the GPU.
     pub(super) fn bytes(&self) -> u64 {
         self.chunks.bytes() + self.merged.as_ref().map_or(0, MergedQuads::bytes)
     }
@@ -290,7 +279,6 @@ impl GpuScene {
         sent
     }
 
-    /// Frees the memory of each chunk whose polygons the scene has all freed.
     fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
         let len = self.chunk_len();
         for chunk in 0..self.uploaded / len {

@@ -31,12 +31,10 @@ impl Image {
         Self { width, height, rgba }
     }
 
-    /// Width, pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height, pixels.
     pub fn height(&self) -> u32 {
         self.height
     }

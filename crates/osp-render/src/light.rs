@@ -24,10 +24,8 @@ const DROPPED_BITS: u32 = 20;
 /// For more polygons than this, the areas of a sample decide whether all areas are computed. They are if the sample suggests
 /// more than half of the budget.
 const MANY: usize = 1 << 12;
-/// One polygon in this number is sampled.
 const SAMPLED: usize = 16;
 
-/// The light of a view in a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
     view: View,
@@ -189,7 +187,6 @@ impl LightPass {
         draw(&mut pass);
     }
 
-    /// Adds the light to the picture of a pass.
     pub(super) fn compose(&self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, target: &Target) {
         pass.set_pipeline(&self.compose);
         pass.set_bind_group(1, &self.images(gpu, target).light, &[]);

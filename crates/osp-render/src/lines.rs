@@ -36,7 +36,6 @@ pub struct LineBatch {
 }
 
 impl LineBatch {
-    /// An empty batch.
     pub fn new() -> Self {
         Self::default()
     }
@@ -48,17 +47,14 @@ impl LineBatch {
         self.faces.clear();
     }
 
-    /// Whether the batch has no lines and no faces.
     pub fn is_empty(&self) -> bool {
         self.hidden.is_empty() && self.through.is_empty() && self.faces.is_empty()
     }
 
-    /// Number of triangles of faces.
     pub fn triangle_count(&self) -> usize {
         self.faces.len() / 3
     }
 
-    /// Adds a line.
     pub fn line(&mut self, from: Vec3, to: Vec3, color: LineColor, depth: Depth) {
         let list = match depth {
             Depth::Hidden => &mut self.hidden,
@@ -142,7 +138,6 @@ impl LinePass {
         }
     }
 
-    /// Uploads the lines of a frame.
     pub fn prepare(&mut self, gpu: &Gpu, view: &View, batch: &LineBatch) {
         let from_eye = View { eye_in_world: Vec3::ZERO, ..*view };
         let uniforms = Uniforms {
@@ -164,7 +159,6 @@ impl LinePass {
         }
     }
 
-    /// Draws the uploaded lines.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         let mut first = 0;
         for (pipeline, count) in [&self.faces, &self.hidden, &self.through].into_iter().zip(self.counts) {

@@ -54,7 +54,6 @@ pub(super) trait Sink {
     fn end_page(&mut self, page: usize);
 }
 
-/// Drops all polygons.
 impl Sink for () {
     #[inline(always)]
     fn add(&mut self, _first: usize, _opaque: u64) {}
@@ -67,7 +66,6 @@ impl Sink for () {
     fn end_page(&mut self, _page: usize) {}
 }
 
-/// A list and the receivers of its polygons.
 pub(super) struct Walk<'a, F, S> {
     pub(super) list: List<'a, F>,
     pub(super) sink: S,
@@ -155,7 +153,6 @@ pub(super) struct SpanBits {
 }
 
 impl SpanBits {
-    /// Starts a new frame.
     pub(super) fn clear(&mut self) {
         self.used = 0..0;
     }
@@ -177,7 +174,6 @@ impl SpanBits {
     }
 }
 
-/// Lists polygons as numbers.
 pub(super) struct Numbers<'a> {
     ids: &'a mut Vec<PolygonId>,
     runs: &'a mut Vec<Run>,
@@ -260,7 +256,6 @@ fn is_dense(words: &[u64]) -> bool {
     (full * WORD) as u32 >= LEAST_OF_CHUNK || polygons() >= LEAST_OF_CHUNK
 }
 
-/// Appends the number of each polygon whose bit is set in a word.
 #[inline(always)]
 fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
     if word == u64::MAX {

@@ -12,7 +12,6 @@ use osp::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
-/// Times and counts of drawing a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTimes {
     /// Time for sending new polygons, sorting the visible polygons, and sending their numbers.
@@ -29,7 +28,6 @@ pub struct DrawTimes {
     pub polygon_bytes: u64,
     /// Number of bytes sent for the view and for the numbers of the polygons to draw.
     pub list_bytes: u64,
-    /// Number of draw calls.
     pub draw_calls: u64,
     /// Number of polygons in the draw list, four vertices each. A merged quad counts once. Frames that are culled on
     /// the GPU count only transparent and additive polygons.
@@ -46,7 +44,6 @@ fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
     }
 }
 
-/// A view of an [`Offscreen`].
 #[derive(Debug)]
 struct Sight {
     slot: ViewSlot,
@@ -59,7 +56,6 @@ struct Sight {
 pub struct Offscreen {
     renderer: Renderer,
     sights: Vec<Sight>,
-    /// The number of the view that was drawn last.
     last: usize,
     clock: StageClock,
 }
@@ -99,7 +95,6 @@ impl Offscreen {
         Ok(self.sights.len() - 1)
     }
 
-    /// The adapter and device.
     pub fn gpu(&self) -> &Gpu {
         &self.renderer.gpu
     }
@@ -173,7 +168,6 @@ impl Offscreen {
         self.renderer.set_environment(environment);
     }
 
-    /// Sets the colours of polygons.
     pub fn set_colors(&mut self, colors: Colors) {
         self.renderer.set_colors(colors);
     }
@@ -194,7 +188,6 @@ impl Offscreen {
         self.renderer.forget_from(count);
     }
 
-    /// GPU memory reserved for polygons, bytes.
     pub fn polygon_memory_bytes(&self) -> u64 {
         self.renderer.bytes()
     }
@@ -356,7 +349,6 @@ impl Offscreen {
         self.sights[number].target.image(self.gpu())
     }
 
-    /// The renderer.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }

@@ -24,11 +24,9 @@ pub enum OpaqueOrder {
 }
 
 impl OpaqueOrder {
-    /// All orders.
     pub const ALL: [Self; 5] =
         [Self::None, Self::FrontToBack, Self::BackToFront, Self::Material, Self::ZPrepass];
 
-    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -68,7 +66,6 @@ fn material_of(scene: &Scene, id: PolygonId) -> u32 {
     scene.stroke_of(id).brush().map_or(0, |brush| 1 + u32::from(brush.number()))
 }
 
-/// Sorts listed opaque polygons into `order`.
 pub(super) fn sort(
     order: OpaqueOrder,
     scene: &Scene,
@@ -108,7 +105,6 @@ pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec
     *runs = split;
 }
 
-/// Number of ranges of one material among opaque polygons.
 pub(super) fn material_runs(scene: &Scene, ids: impl Iterator<Item = PolygonId>) -> u64 {
     let (mut runs, mut last) = (0, None);
     for id in ids {

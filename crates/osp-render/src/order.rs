@@ -9,7 +9,6 @@ use super::{
 use osp::polygon::{PolygonId, VisibleBlocks, bits};
 use osp_session::scene::Scene;
 
-/// The form of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
     /// The number of every polygon. If nearly all of many consecutive polygons are drawn, a bit mask replaces their
@@ -23,7 +22,6 @@ pub(super) enum Listing {
 /// The polygons that an order takes from a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
-    /// All polygons.
     Whole,
     /// Opaque and additive polygons, whose order is the same for both eyes.
     Common,
@@ -41,7 +39,6 @@ pub struct DrawOrder {
     ids: Vec<PolygonId>,
     /// Runs in drawing order, opaque runs first.
     pub runs: Vec<Run>,
-    /// Form of the current frame's list.
     pub(super) listing: Listing,
     /// The order of the opaque polygons of [`Listing::Ids`], and whether each run has polygons of a single material.
     opaque: (OpaqueOrder, bool),
@@ -62,7 +59,6 @@ pub struct DrawOrder {
 }
 
 impl DrawOrder {
-    /// An empty order.
     pub fn new() -> Self {
         Self::default()
     }
@@ -90,7 +86,6 @@ impl DrawOrder {
         self.span_bits.used()
     }
 
-    /// The polygons that a run draws, in order.
     pub(super) fn drawn_by(&self, run: &Run) -> impl Iterator<Item = PolygonId> + '_ {
         let (first, bits) = self.span_bits();
         let (places, numbers) = match run.is_listed {
@@ -113,7 +108,6 @@ impl DrawOrder {
         self.opaque = (order, splits_by_material);
     }
 
-    /// The order of opaque polygons.
     pub(super) fn opaque(&self) -> OpaqueOrder {
         self.opaque.0
     }
@@ -130,12 +124,10 @@ impl DrawOrder {
         }
     }
 
-    /// Starts a new frame.
     pub fn clear(&mut self) {
         self.clear_for(Listing::Ids);
     }
 
-    /// Starts a new frame whose list has this form.
     pub(super) fn clear_for(&mut self, listing: Listing) {
         self.listing = listing;
         self.ids.clear();
@@ -393,7 +385,6 @@ mod tests {
         }
     }
 
-    /// Polygons that a run draws.
     fn drawn(order: &DrawOrder, run: &Run) -> Vec<u32> {
         let (first, bits) = order.span_bits();
         let is_set = |id: &u32| bits[*id as usize / 64 - first] >> (id % 64) & 1 == 1;

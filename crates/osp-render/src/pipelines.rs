@@ -16,7 +16,6 @@ pub(super) struct Pipelines {
     depth: wgpu::RenderPipeline,
     /// Counts opaque polygons in the alpha of each sample; created on first use.
     count: OnceLock<wgpu::RenderPipeline>,
-    /// The shader of the pipeline `count`.
     opaque_shader: OwnShader,
     /// Sky and paint; `None` for plain colours.
     sky: Option<Sky>,
@@ -44,7 +43,6 @@ pub(super) struct Sky {
     pub(super) is_shown: bool,
 }
 
-/// A shader and its entry points.
 #[derive(Clone, Copy)]
 pub(super) struct Shader<'a> {
     pub(super) module: &'a wgpu::ShaderModule,
@@ -80,7 +78,6 @@ impl Pipelines {
         }
     }
 
-    /// Sets whether the sky covers the background.
     pub(super) fn show_sky(&mut self, is_shown: bool) {
         if let Some(sky) = &mut self.sky {
             sky.is_shown = is_shown;
@@ -187,7 +184,6 @@ impl Pipelines {
     }
 }
 
-/// The outputs of a pipeline.
 #[derive(Clone, Copy)]
 enum Into {
     Depth,

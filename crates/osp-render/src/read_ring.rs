@@ -19,14 +19,12 @@ pub(super) struct ReadRing {
 #[derive(Debug)]
 struct Slot {
     buffer: wgpu::Buffer,
-    /// Number of bytes of the slot that the frame uses.
     bytes: u64,
     is_busy: bool,
     is_mapped: Arc<AtomicBool>,
 }
 
 impl ReadRing {
-    /// A ring for results of `bytes` bytes.
     pub(super) fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot {
             buffer: descriptors::buffer(
@@ -53,7 +51,6 @@ impl ReadRing {
         self.current
     }
 
-    /// Copies the frame's result.
     pub(super) fn copy(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

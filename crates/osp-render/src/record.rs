@@ -36,7 +36,6 @@ pub(super) const SMOOTH: u32 = 1 << 17;
 /// The colours in which polygons are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// The colours of the paint.
     #[default]
     Own,
     /// The colours of the polygons' authors ([`Scene::author_color`]), with the opacity of the paint.
@@ -55,7 +54,6 @@ impl Colors {
     }
 }
 
-/// The blending of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DrawClass {
     /// The polygon hides the background, at least in its solid parts.
@@ -67,7 +65,6 @@ pub(super) enum DrawClass {
 }
 
 impl DrawClass {
-    /// The class of all polygons of a stroke.
     pub(super) fn of(stroke: &Stroke) -> Self {
         match stroke.brush().map(|brush| brush.draw) {
             Some(Draw::Opaque | Draw::Cutout) => Self::Solid,
@@ -83,7 +80,6 @@ impl PolygonRecord {
     /// Size of a polygon on the GPU, bytes.
     pub(super) const SIZE: u64 = size_of::<Self>() as u64;
 
-    /// The record of a polygon in its current form.
     pub(super) fn of(scene: &Scene, id: PolygonId, colors: Colors) -> Self {
         let polygon = scene.polygon(id);
         let corners = polygon.vertices();

@@ -38,14 +38,11 @@ const CLUSTERS_A_FRAME: usize = 256;
 /// Polygons to draw in one style.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
-    /// The polygons.
     pub polygons: &'a VisibleBlocks,
-    /// The style of the polygons.
     pub style: Style,
 }
 
 impl<'a> Layer<'a> {
-    /// Polygons in their own colours.
     pub fn plain(polygons: &'a VisibleBlocks) -> Self {
         Self { polygons, style: Style::PLAIN }
     }
@@ -73,7 +70,6 @@ impl Default for RendererConfig {
 /// All polygons of a scene on the GPU, and the pipelines that draw them.
 #[derive(Debug)]
 pub struct Renderer {
-    /// The adapter and device.
     pub gpu: Arc<Gpu>,
     scene: GpuScene,
     view_layout: wgpu::BindGroupLayout,
@@ -97,7 +93,6 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer with an empty scene.
     pub fn new(gpu: Arc<Gpu>, config: &RendererConfig) -> Self {
         let scene = GpuScene::new(&gpu, config.chunk_len, config.draw_len);
         let view_layout = ViewSlot::layout(&gpu);
@@ -180,7 +175,6 @@ impl Renderer {
         }
     }
 
-    /// The pipelines of the current frame.
     fn pipelines(&self) -> &Pipelines {
         match &self.paint {
             Some(paint) if self.is_painted() => &paint.pipelines,
@@ -188,7 +182,6 @@ impl Renderer {
         }
     }
 
-    /// Creates the resources of one view.
     pub fn create_view_slot(&self) -> ViewSlot {
         ViewSlot::new(&self.gpu, &self.view_layout)
     }
@@ -320,7 +313,6 @@ impl Renderer {
         Ok(Some(kept.iter().flat_map(Handle::ids).collect()))
     }
 
-    /// Number of polygons on the GPU.
     pub fn polygon_count(&self) -> usize {
         self.scene.uploaded
     }

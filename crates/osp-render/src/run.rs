@@ -6,7 +6,6 @@ use bytemuck::{Pod, Zeroable};
 
 use osp::polygon::{PolygonId, bits};
 
-/// The blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
     /// The polygons hide the background, except where a brush cuts holes.
@@ -37,9 +36,7 @@ pub struct Run {
     pub is_listed: bool,
     /// Number of the page. It begins at polygon number `page` times the page's length.
     pub page: u32,
-    /// Number of the style.
     pub style: u32,
-    /// Blending.
     pub blend: Blend,
 }
 
@@ -87,9 +84,7 @@ impl Handle {
 pub(super) struct HandleRun {
     /// Range in [`DrawOrder::handles`](super::DrawOrder::handles).
     pub(super) range: Range<u32>,
-    /// The page.
     pub(super) page: u32,
-    /// Number of polygons in these masks.
     pub(super) polygons: u32,
 }
 

@@ -3,7 +3,6 @@ use super::{Gpu, Target, descriptors, pipelines::of_whole_picture, shaders};
 /// The colour channels of a window that a picture overwrites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// All channels.
     All,
     /// Red, for the left eye of an anaglyph.
     Red,
@@ -18,9 +17,7 @@ pub struct Area {
     pub x: f32,
     /// Position of the upper side.
     pub y: f32,
-    /// Width.
     pub width: f32,
-    /// Height.
     pub height: f32,
 }
 
@@ -33,12 +30,10 @@ pub struct ShowPass {
     cyan: wgpu::RenderPipeline,
 }
 
-/// A picture that can be shown.
 #[derive(Clone, Debug)]
 pub struct Shown(wgpu::BindGroup);
 
 impl ShowPass {
-    /// A pass for windows of this format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let device = &gpu.device;
         let picture = descriptors::texture(wgpu::TextureSampleType::Float { filterable: false });

@@ -1,6 +1,5 @@
 use super::backdrop::srgb_from_linear;
 
-/// Largest number of styles of a frame.
 pub(super) const MAX_STYLES: usize = 8;
 
 /// The appearance of the polygons of a layer.
@@ -17,7 +16,6 @@ pub struct Style {
 }
 
 impl Style {
-    /// The polygons' own colours.
     pub const PLAIN: Self = Self { tint: [0.0; 3], amount: 0.0, opacity: 1.0, glow: 0.0 };
 
     pub(super) fn words(self) -> [[f32; 4]; 2] {

@@ -53,7 +53,6 @@ impl WindowSurface {
         Ok(Self { surface, config, size: (width, height), is_stale: true })
     }
 
-    /// The format of the surface's pixels.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.config.format
     }

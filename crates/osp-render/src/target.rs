@@ -14,13 +14,10 @@ use super::{
 pub struct Target {
     width: u32,
     height: u32,
-    /// The drawn colours of every sample.
     pub(super) samples: wgpu::TextureView,
-    /// The depth of every sample.
     pub(super) depth: wgpu::TextureView,
     /// The drawn colours, one value a pixel.
     pub(super) resolved: wgpu::TextureView,
-    /// The finished picture.
     pub picture: wgpu::Texture,
     /// The finished picture, for a shader that shows it.
     pub picture_view: wgpu::TextureView,

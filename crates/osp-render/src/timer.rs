@@ -5,11 +5,9 @@ use super::{
     read_ring::{ReadRing, SLOTS},
 };
 
-/// Largest number of passes of a frame.
 const MAX_PASSES: usize = 3;
 /// Number of time stamps of a frame: the beginning and the end of each pass.
 const STAMPS: u32 = 2 * MAX_PASSES as u32;
-/// Alignment of a query result in its buffer, bytes.
 const ALIGNMENT: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
 /// GPU times of the passes of a frame, nanoseconds.
@@ -21,14 +19,12 @@ pub struct PassTimes {
     pub depth_ns: u64,
     /// Time of the depth pyramid, and of the test of the polygons in view; 0 without culling on the GPU.
     pub test_ns: u64,
-    /// Time of the pass with colours.
     pub color_ns: u64,
 }
 
 impl Add for PassTimes {
     type Output = Self;
 
-    /// Sum of two views' times.
     fn add(self, other: Self) -> Self {
         Self {
             total_ns: self.total_ns + other.total_ns,
@@ -55,7 +51,6 @@ struct Queries {
     current: Option<usize>,
 }
 
-/// The time stamps that a pass writes.
 pub(super) struct Stamps<'a> {
     set: &'a wgpu::QuerySet,
     begin: Option<u32>,
@@ -80,19 +75,14 @@ impl<'a> Stamps<'a> {
     }
 }
 
-/// The ends of a pass that get time stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// The beginning of the pass.
     Begin,
-    /// The end of the pass.
     End,
-    /// Both ends.
     Both,
 }
 
 impl GpuTimer {
-    /// A timer.
     pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
         let queries = device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Queries {
@@ -113,12 +103,10 @@ impl GpuTimer {
         Self { queries, period_ns: gpu.queue.get_timestamp_period() }
     }
 
-    /// Whether the adapter has time stamps.
     pub fn is_available(&self) -> bool {
         self.queries.is_some()
     }
 
-    /// Begins a frame.
     pub(super) fn begin(&mut self) {
         if let Some(queries) = &mut self.queries {
             queries.current = queries.ring.begin();

@@ -94,7 +94,6 @@ impl ViewSlot {
         descriptors::bind_layout(&gpu.device, "view", &bindings)
     }
 
-    /// The method by which this view is culled on the GPU.
     pub fn occlusion(&self) -> GpuOcclusion {
         match (&self.switch, &self.hzb) {
             (Some(_), _) => GpuOcclusion::Auto,
@@ -112,7 +111,6 @@ impl ViewSlot {
         }
     }
 
-    /// Whether the current frame is culled on the GPU.
     pub fn culls(&self) -> bool {
         self.hzb.is_some() && self.order.listing == Listing::Clusters
     }
@@ -154,7 +152,6 @@ impl ViewSlot {
         self.send_uniforms(gpu, layout, uniforms, place)
     }
 
-    /// Does the same as [`ViewSlot::send`], with these uniforms instead of a view's.
     pub(super) fn send_uniforms(
         &mut self,
         gpu: &Gpu,
@@ -191,7 +188,6 @@ impl ViewSlot {
         (ids.len() + bits.len() + size_of::<Uniforms>()) as u64
     }
 
-    /// The position of polygon 0 in the list.
     fn polygon_0(&self) -> u32 {
         // Without bits, no position stands for a polygon number, because other lists may be longer than this one.
         if self.order.span_bits().1.is_empty() { u32::MAX } else { self.all_from }
@@ -211,7 +207,6 @@ impl ViewSlot {
     }
 }
 
-/// The place of a view's list.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Place<'a> {
     /// The view's own buffer. The adapter lists `before` polygons before the list, and another eye `more` behind it.

@@ -24,7 +24,6 @@ const FLAT_ERROR: f32 = 1.0 / 24.0;
 pub(super) struct Look {
     /// Whether texture coordinates and alpha affect the picture.
     has_texture: bool,
-    /// Whether normals affect the picture.
     has_normals: bool,
     /// Whether each polygon has a single normal.
     is_flat: bool,
@@ -46,12 +45,10 @@ impl Look {
     }
 }
 
-/// A polygon of a cluster that may be merged.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
     /// Index of the polygon in the cluster.
     pub(super) bit: u32,
-    /// A number that identifies its stroke.
     pub(super) stroke: usize,
     pub(super) look: Look,
     pub(super) record: PolygonRecord,

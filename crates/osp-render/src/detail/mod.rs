@@ -38,16 +38,13 @@ const ROOM: usize = 8;
 struct Cluster {
     /// Bounds of the polygons that the quads replace.
     bounds: Aabb,
-    /// Number of the first quad.
     first: u32,
     count: u32,
 }
 
-/// The merged quads of a scene.
 #[derive(Debug)]
 pub(super) struct MergedQuads {
     chunks: Chunks,
-    /// The error of each quad.
     errors_m: Vec<f32>,
     /// For each quad, a bit for each polygon of its cluster that it replaces.
     masks: Vec<u64>,
@@ -70,7 +67,6 @@ impl MergedQuads {
         new
     }
 
-    /// Bytes reserved on the GPU.
     pub(super) fn bytes(&self) -> u64 {
         self.chunks.bytes()
     }
@@ -201,7 +197,6 @@ pub(super) struct Detail<'a> {
 }
 
 impl<'a> Detail<'a> {
-    /// Creates the detail of a view for a picture of `size` pixels.
     pub(super) fn new(merged: &'a MergedQuads, view: &View, size: (u32, u32)) -> Self {
         let of = &view.projection;
         let pixels_a_m = (size.0 as f32 / (of.right - of.left)).max(size.1 as f32 / (of.top - of.bottom));

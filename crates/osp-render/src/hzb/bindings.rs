@@ -3,7 +3,6 @@
 use super::span::SPAN_BYTES;
 use crate::{Gpu, descriptors};
 
-/// Kind of a binding of a compute shader.
 #[derive(Clone, Copy)]
 pub(super) enum Bound {
     /// A uniform buffer of this number of bytes.

@@ -3,17 +3,13 @@ use std::ops::Add;
 /// Number of polygons that are tested together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbGroup {
-    /// Sixteen polygons.
     Sixteen,
-    /// Four polygons.
     Four,
-    /// Each polygon separately.
     #[default]
     One,
 }
 
 impl HzbGroup {
-    /// Number of polygons.
     pub fn polygons(self) -> u32 {
         match self {
             Self::Sixteen => 16,
@@ -52,7 +48,6 @@ pub enum HzbFine {
 pub struct HzbConfig {
     /// Number of polygons that are tested together. Larger groups need fewer tests, but hide fewer polygons.
     pub group: HzbGroup,
-    /// The bound that represents a group.
     pub bound: HzbBound,
     /// The test of single polygons in a group that is not proven hidden.
     pub fine: HzbFine,
@@ -81,7 +76,6 @@ impl DrawnCounts {
 impl Add for DrawnCounts {
     type Output = Self;
 
-    /// The sum of two counts.
     fn add(self, other: Self) -> Self {
         Self {
             groups_tested: self.groups_tested + other.groups_tested,

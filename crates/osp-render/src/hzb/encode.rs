@@ -16,7 +16,6 @@ use crate::{
     timer::{Ends, Stamps},
 };
 
-/// Number of polygons that a workgroup tests.
 const POLYGONS_OF_TEST: u32 = CLUSTER as u32;
 /// Largest number of workgroups of the fine test. They share its candidates.
 const GROUPS_OF_REFINEMENT: u32 = 2048;

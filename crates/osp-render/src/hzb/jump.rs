@@ -3,7 +3,6 @@ use glam::Vec3;
 use crate::run::Handle;
 use osp_session::scene::Scene;
 
-/// Number of polygons whose distance from the eye is sampled.
 const SAMPLES: usize = 15;
 /// A view jumps if the eye moves farther than this fraction of its median distance from the polygons. It then sees
 /// other sides of the polygons.
@@ -16,7 +15,6 @@ pub(super) struct LastLook {
     eye_in_world: Vec3,
     /// The opaque polygons in view, as cluster masks in ascending order.
     pub(super) handles: Vec<Handle>,
-    /// Whether the view had jumped in that frame.
     has_jumped: bool,
 }
 
@@ -44,7 +42,6 @@ impl LastLook {
     }
 }
 
-/// Whether `a` and `b` have at least `least` polygons in common.
 fn have_common(a: &[Handle], b: &[Handle], least: u32) -> bool {
     let mut a = a.iter().peekable();
     let mut common = 0;

@@ -30,7 +30,6 @@ pub(in super::super) struct Hzb {
     pub(super) compact_layout: wgpu::BindGroupLayout,
     pub(super) queries: QueryPipelines,
     chunk_layout: wgpu::BindGroupLayout,
-    /// Chunks of the scene with their bind groups.
     chunks: Vec<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 

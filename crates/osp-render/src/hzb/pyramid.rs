@@ -10,7 +10,6 @@ pub(super) struct Levels {
     levels: [[u32; 4]; MAX_LEVELS],
     /// Number of levels, including the picture.
     pub(super) count: usize,
-    /// Number of texels of all levels in the buffer.
     pub(super) texels: u32,
 }
 

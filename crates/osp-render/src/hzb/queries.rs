@@ -34,10 +34,8 @@ const MOST: usize = 1 << 16;
 /// Longest interval between queries of a visible group, frames. The interval starts at one frame and doubles while the
 /// group stays visible.
 const PATIENCE: u64 = 8;
-/// The value that stands for no query.
 const NOTHING: u32 = u32::MAX;
 
-/// State of the queries of one view.
 #[derive(Debug)]
 pub(super) struct Queries {
     pixel: wgpu::Buffer,
@@ -53,7 +51,6 @@ pub(super) struct Queries {
     due: Vec<(u64, u64)>,
     box_words: Vec<[[f32; 4]; 2]>,
     of_handle_words: Vec<u32>,
-    /// The groups that the current frame queries.
     asked: Vec<u32>,
     /// For each slot of `ring`, the groups of the queries whose results are not available yet.
     waiting: [Vec<u32>; SLOTS],
@@ -93,7 +90,6 @@ impl Queries {
         }
     }
 
-    /// Number of queries of the current frame.
     pub(super) fn count(&self) -> u64 {
         self.asked.len() as u64
     }
@@ -236,7 +232,6 @@ impl Queries {
     }
 }
 
-/// Parts of a view that its queries need.
 pub(super) struct HzbViewParts<'a> {
     pub(super) span: wgpu::BindingResource<'a>,
     pub(super) handles: &'a wgpu::Buffer,

@@ -21,7 +21,6 @@ struct Level {
 }
 
 impl PyramidPass {
-    /// A pass for windows of this format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let device = &gpu.device;
         let bindings =
@@ -77,7 +76,6 @@ impl PyramidPass {
 }
 
 impl HzbView {
-    /// Whether the current frame builds a pyramid.
     fn has_pyramid(&self) -> bool {
         self.queries.is_none() && self.size != (0, 0)
     }

@@ -7,9 +7,7 @@ use super::{
     pyramid::{Levels, MAX_LEVELS},
 };
 
-/// Size of a [`Span`], bytes.
 pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
-/// Size of [`Params`], bytes.
 pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
 /// Distance between two [`Span`]s in their buffer, bytes. No adapter requires a larger alignment of dynamic offsets.
 pub(super) const SPAN_STRIDE: u32 = 256;
@@ -34,7 +32,6 @@ pub(super) struct Span {
     pub(super) first_polygon: u32,
     /// Number of draw calls of the page for depth. The page has the same number for colours.
     pub(super) draws: u32,
-    /// Largest number of polygons of a draw call.
     pub(super) draw_len: u32,
 }
 
@@ -49,7 +46,6 @@ impl Span {
     }
 }
 
-/// Parameters of all dispatches of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Params {

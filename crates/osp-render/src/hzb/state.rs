@@ -56,7 +56,6 @@ pub(in super::super) struct HzbView {
     pub(super) frame: (DrawnCounts, u64),
 }
 
-/// The buffers of a view.
 #[derive(Debug)]
 pub(super) struct Buffers {
     pub(super) spans: wgpu::Buffer,
@@ -302,7 +301,6 @@ impl HzbView {
         }
     }
 
-    /// Size of the results, bytes.
     pub(super) fn result_bytes(&self) -> u64 {
         self.args_words.len() as u64 * 4
     }

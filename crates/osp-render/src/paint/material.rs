@@ -7,7 +7,6 @@ use osp_session::brush::{
 
 /// Length of the shader's array of materials.
 const MOST: usize = 160;
-/// Number that stands for no texture.
 const NO_TEXTURE: u32 = u32::MAX;
 
 /// A brush in the memory layout of the shader.
@@ -19,7 +18,6 @@ pub(super) struct Material {
     kinds: [u32; 4],
 }
 
-/// Flag of a brush whose back is not drawn.
 const ONE_SIDED: u32 = 4;
 /// Flag of a texture that is not repeated.
 const IS_CLAMPED: u32 = 8;

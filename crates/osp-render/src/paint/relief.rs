@@ -47,7 +47,6 @@ fn height(picture: Picture, u: f32, v: f32) -> f32 {
     }
 }
 
-/// Thin branching ridges.
 fn ridges(u: f32, v: f32) -> f32 {
     (1.0 - (octaves(u, v, (7, 7), 3, 46) - 0.5).abs() * 14.0).max(0.0)
 }

@@ -14,7 +14,6 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// Number of texels of a side of the map.
 const SIDE: u32 = 2048;
 /// Smallest distance from a surface at which a caster shadows it, texels. Strokes that touch therefore cast no shadow
 /// on each other. The unit is a texel, because both the thickness of paint and the size of a texel grow with the model.
@@ -105,7 +104,6 @@ impl Shadow {
         }
     }
 
-    /// Records that the shadow casters have changed.
     pub(super) fn note_change(&mut self) {
         self.is_stale = true;
     }

@@ -12,7 +12,6 @@ const LEVELS: u32 = SIDE.ilog2() + 1;
 /// All levels of all textures, computed once.
 static TEXELS: LazyLock<Vec<u8>> = LazyLock::new(make);
 
-/// Uploads the textures to the GPU as the layers of an array texture.
 pub(super) fn upload(gpu: &Gpu) -> wgpu::TextureView {
     let texture = gpu.device.create_texture_with_data(
         &gpu.queue,

@@ -15,7 +15,6 @@ use osp_session::scene::Scene;
 /// this number, polygons are not cut.
 const MOST_PARTS: usize = 3_000_000;
 
-/// A corner of a triangle to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PartCorner {
@@ -25,7 +24,6 @@ pub(super) struct PartCorner {
     pub(super) polygon: u32,
 }
 
-/// Counts of a painter's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PaintStats {
     /// Number of polygons; a quad that is not flat counts as two.
@@ -46,7 +44,6 @@ pub struct PaintStats {
 #[derive(Clone, Debug, Default)]
 pub struct PaintList {
     pub(super) corners: Vec<PartCorner>,
-    /// Counts of the work.
     pub stats: PaintStats,
 }
 

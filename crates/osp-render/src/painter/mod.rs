@@ -27,10 +27,8 @@ pub enum Painter {
 }
 
 impl Painter {
-    /// Both methods.
     pub const ALL: [Self; 2] = [Self::Bsp, Self::Centre];
 
-    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bsp => "bsp",
@@ -47,12 +45,10 @@ pub enum PainterError {
         "{polygons} polygons are in view: a painter draws at most {MOST_POLYGONS}; look at an earlier frame or a part of the model"
     )]
     TooMany {
-        /// Number of polygons in view.
         polygons: usize,
     },
 }
 
-/// Largest number of polygons that a painter draws.
 pub const MOST_POLYGONS: usize = 250_000;
 
 /// A polygon of the scene, or one of the two triangles of a quad that is not flat.

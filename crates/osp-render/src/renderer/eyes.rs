@@ -18,14 +18,10 @@ use osp_session::scene::Scene;
 /// Two views share a list if at most one polygon in this number is in view of only one of them.
 const SHARED: usize = 8;
 
-/// A view to prepare.
 #[derive(Debug)]
 pub struct Eye<'a> {
-    /// Resources of the view.
     pub slot: &'a mut ViewSlot,
-    /// The view.
     pub view: &'a View,
-    /// The polygons to draw.
     pub layers: &'a [Layer<'a>],
 }
 
@@ -39,12 +35,9 @@ impl Eye<'_> {
     }
 }
 
-/// A picture of a prepared view.
 #[derive(Debug)]
 pub struct EyePicture<'a> {
-    /// The picture.
     pub target: &'a Target,
-    /// Resources of the view.
     pub slot: &'a mut ViewSlot,
     /// Measures the passes. The timer of an eye that shares its list returns no times: they are among the times of the
     /// other eye.

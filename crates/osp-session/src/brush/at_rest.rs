@@ -41,7 +41,6 @@ pub struct Seen {
     pub light: Vec3,
 }
 
-/// A brush at time 0.
 #[derive(Clone, Copy, Debug)]
 pub struct BrushAtRest {
     brush: &'static Brush,

@@ -38,7 +38,6 @@ pub enum Uv {
     EachQuad,
 }
 
-/// The outline of a welded ribbon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Outline {
     /// The outline has the width of the samples.
@@ -75,10 +74,8 @@ pub enum Family {
     Welded {
         /// Mapping of textures along the ribbon.
         uv: Uv,
-        /// The ribbon's outline.
         shape: Outline,
     },
-    /// A tube around the samples.
     Tube {
         /// Number of corners of the tube's cross-section.
         points: u8,
@@ -98,7 +95,6 @@ pub enum Family {
         /// `brushes.ron`.
         break_mult: f32,
     },
-    /// The convex hull of all samples.
     Hull {
         /// Whether facets are shaded flat instead of smooth.
         faceted: bool,
@@ -134,7 +130,6 @@ pub enum Draw {
     Blended,
 }
 
-/// Lighting of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Lighting {
     /// The surface has its own colour, independent of the light.
@@ -150,9 +145,7 @@ pub enum Lighting {
     },
 }
 
-/// Additional effect of a brush's shader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
-#[expect(missing_docs, reason = "each is named after the brush, or the shader, that it is for")]
 pub enum Effect {
     #[default]
     None,
@@ -183,14 +176,12 @@ pub enum Effect {
     WigglyGraphite,
 }
 
-/// A brush.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Brush {
     /// Index of the brush in [`all`].
     #[serde(skip)]
     number: u16,
-    /// The unique name.
     pub name: String,
     /// The GUID that identifies the brush in files.
     pub guid: String,
@@ -203,11 +194,8 @@ pub struct Brush {
     pub is_offered: bool,
     /// The type of polygons that the samples become.
     pub family: Family,
-    /// Blending with the background.
     pub draw: Draw,
-    /// Lighting of the polygons.
     pub lighting: Lighting,
-    /// Additional effect of the brush's shader.
     #[serde(default)]
     pub effect: Effect,
     /// The texture, a picture; `None` if the polygons have no texture.
@@ -228,13 +216,10 @@ pub struct Brush {
     /// The smallest size that the application offers, decimetres. The spread of particles is proportional to it.
     #[serde(default)]
     pub size_min: f32,
-    /// Opacity.
     #[serde(default = "one")]
     pub opacity: f32,
-    /// Factor of the opacity at pressure 0.
     #[serde(default = "one")]
     pub pressure_opacity_min: f32,
-    /// Factor of the opacity at pressure 1.
     #[serde(default = "one")]
     pub pressure_opacity_max: f32,
     /// Number of squares of a spray per length of one brush size.
@@ -255,7 +240,6 @@ pub struct Brush {
     /// Spread of particles, in units of size per [`Brush::size_min`].
     #[serde(default)]
     pub particle_speed: f32,
-    /// Range of the random rotation of particles, degrees.
     #[serde(default)]
     pub particle_rotation_range_degrees: f32,
     /// Whether each particle or square has a random alpha instead of the opacity.
@@ -289,7 +273,6 @@ pub struct Brush {
     /// Whether the alpha of all corners is 1.
     #[serde(default)]
     pub is_alpha_one: bool,
-    /// Whether the brush is animated.
     #[serde(default)]
     pub is_animated: bool,
     /// Mean alpha or brightness of the original texture in eight steps along the stroke, from start to end.
@@ -323,7 +306,6 @@ impl Brush {
         self.pressure_size_min + (1.0 - self.pressure_size_min) * pressure.clamp(0.0, 1.0)
     }
 
-    /// Opacity at this pressure, 0 to 1.
     pub fn opacity(&self, pressure: f32) -> f32 {
         let (min, max) = (self.pressure_opacity_min, self.pressure_opacity_max);
         (self.opacity * (min + (max - min) * pressure)).clamp(0.0, 1.0)

@@ -35,7 +35,6 @@ impl Surface {
     /// A flat, opaque surface without texture coordinates.
     pub const PLAIN: Self = Self { normals: [0; 4], uv: [0; 4], alpha: [255; 4], kind: Kind::Flat };
 
-    /// A flat polygon.
     pub fn flat(uv: [Vec2; 4], alpha: [f32; 4]) -> Self {
         Self { uv: uv.map(pack_uv), alpha: alpha.map(pack_alpha), ..Self::PLAIN }
     }
@@ -70,7 +69,6 @@ impl Surface {
         self.kind == Kind::Facing
     }
 
-    /// Whether every corner has its own normal.
     pub fn is_smooth(&self) -> bool {
         self.kind == Kind::Smooth
     }
@@ -85,13 +83,11 @@ impl Surface {
         self.is_smooth().then(|| unpack_normal(self.normals[corner]))
     }
 
-    /// The texture coordinates of a corner.
     pub fn uv(&self, corner: usize) -> Vec2 {
         let [x, y] = halves(self.uv[corner]);
         Vec2::new(x, y) * UV_LIMIT
     }
 
-    /// The alpha of a corner, 0 to 1.
     pub fn alpha(&self, corner: usize) -> f32 {
         f32::from(self.alpha[corner]) / 255.0
     }
@@ -102,7 +98,6 @@ impl Surface {
         (self.normals, self.uv)
     }
 
-    /// The alpha of all corners, a byte each.
     pub fn alpha_bytes(&self) -> [u8; 4] {
         self.alpha
     }

@@ -13,7 +13,6 @@ static BRUSHES: LazyLock<Vec<Brush>> = LazyLock::new(|| {
     brushes
 });
 
-/// Indices of the brushes in the table, by name and GUID.
 static PLACES: LazyLock<HashMap<&'static str, u16>> = LazyLock::new(|| {
     let mut places = HashMap::new();
     for (i, brush) in BRUSHES.iter().enumerate() {
@@ -28,7 +27,6 @@ pub fn all() -> &'static [Brush] {
     &BRUSHES
 }
 
-/// The brush with this name or GUID.
 pub fn find(name_or_guid: &str) -> Option<&'static Brush> {
     BRUSHES.get(usize::from(*PLACES.get(name_or_guid)?))
 }

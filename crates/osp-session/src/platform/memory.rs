@@ -1,12 +1,7 @@
 //! Files in memory, with the names and behaviour of [`std::fs`], for a web page. [`take_changes`] returns the files
 //! that the program has written. The page's script stores these files until the next visit. Files that [`put`] added
 //! are returned only after a change.
-#![allow(
-    clippy::len_without_is_empty,
-    missing_docs,
-    missing_debug_implementations,
-    reason = "as in what it stands for"
-)]
+#![allow(clippy::len_without_is_empty, missing_debug_implementations, reason = "as in what it stands for")]
 
 pub use std::fs::TryLockError;
 use std::{
@@ -105,14 +100,12 @@ pub fn put(path: &Path, bytes: Vec<u8>) {
     lock(&FILES).make(without_dots(path), bytes, kept);
 }
 
-/// The bytes of a file.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Replaces or creates a file.
 pub fn write(path: &Path, bytes: Vec<u8>) {
     let mut files = lock(&FILES);
     let name = without_dots(path);
@@ -120,7 +113,6 @@ pub fn write(path: &Path, bytes: Vec<u8>) {
     files.make(name, bytes, 0);
 }
 
-/// Removes a file.
 pub fn remove_file(path: impl AsRef<Path>) -> io::Result<()> {
     let mut files = lock(&FILES);
     let name = without_dots(path.as_ref());
@@ -150,7 +142,6 @@ pub fn metadata(path: impl AsRef<Path>) -> io::Result<Metadata> {
     if is_folder { Ok(Metadata { bytes: None, modified: 0, created: 0 }) } else { Err(missing()) }
 }
 
-/// The files directly in a folder.
 pub fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item = io::Result<DirEntry>>> {
     let folder = without_dots(path.as_ref());
     let inside = |path: &&PathBuf| path.parent() == Some(&folder);
@@ -159,7 +150,6 @@ pub fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item = io::R
     Ok(entries.into_iter())
 }
 
-/// The files in a folder and in its subfolders.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let folder = without_dots(folder);
     lock(&FILES).by_name.keys().filter(|file| file.starts_with(&folder)).cloned().collect()
@@ -223,7 +213,6 @@ impl Metadata {
     }
 }
 
-/// Options of opening a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OpenOptions {
     write: bool,
@@ -277,7 +266,6 @@ impl OpenOptions {
     }
 }
 
-/// An open file.
 #[derive(Debug)]
 pub struct File {
     node: Arc<Node>,

@@ -13,7 +13,6 @@ pub mod fs {
     pub use std::fs::*;
     use std::path::{Component, Path, PathBuf};
 
-    /// Returns the path without `.` and `..`.
     pub(crate) fn without_dots(path: &Path) -> PathBuf {
         let mut found = PathBuf::new();
         for part in path.components() {
@@ -26,7 +25,6 @@ pub mod fs {
         found
     }
 
-    /// The folder that a file lies in.
     pub fn folder_of(path: &Path) -> &Path {
         path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }
@@ -47,14 +45,12 @@ pub mod fs {
     }
 
     impl Identity {
-        /// The identity of the file with these data.
         #[cfg(unix)]
         pub fn of(data: &Metadata) -> Self {
             use std::os::unix::fs::MetadataExt;
             Self { device_and_inode: (data.dev(), data.ino()) }
         }
 
-        /// The identity of the file with these data.
         #[cfg(not(unix))]
         pub fn of(data: &Metadata) -> Self {
             Self { created: data.created().ok() }
@@ -84,23 +80,19 @@ pub mod fs {
         path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
     }
 
-    /// Does the same as [`Path::is_file`].
     pub fn is_file(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_file())
     }
 
-    /// Does the same as [`Path::is_dir`].
     pub fn is_folder(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_dir())
     }
 
-    /// Does the same as [`Path::exists`].
     pub fn is_there(path: &Path) -> bool {
         metadata(path).is_ok()
     }
 }
 
-/// Compression.
 #[cfg(not(target_arch = "wasm32"))]
 pub use ::zstd;
 #[cfg(any(target_arch = "wasm32", test))]
@@ -113,7 +105,6 @@ mod user_folder;
 pub use user_folder::USER_FOLDER;
 pub use user_folder::user_folder;
 
-/// The clock.
 pub mod time {
     pub use super::load::Load;
     #[cfg(not(target_arch = "wasm32"))]
@@ -121,7 +112,6 @@ pub mod time {
     #[cfg(target_arch = "wasm32")]
     pub use web_time::Instant;
 
-    /// The time of day.
     pub fn now() -> std::time::SystemTime {
         #[cfg(not(target_arch = "wasm32"))]
         return std::time::SystemTime::now();
@@ -133,7 +123,6 @@ pub mod time {
     }
 }
 
-/// The name of this machine.
 pub fn host_name() -> String {
     #[cfg(unix)]
     return rustix::system::uname().nodename().to_string_lossy().into_owned();

@@ -1,6 +1,6 @@
 //! Outputs on a web page. As on a disk, an output appears complete or not at all. The browser offers every file outside
 //! the program's own folder for download.
-#![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
+#![allow(missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{
     io::{self, Write},
@@ -18,10 +18,8 @@ pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
     std::mem::take(&mut DOWNLOADS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Destination of an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
-    /// A file, which is replaced as a whole.
     File(PathBuf),
     /// A pipe or a device; never used, because a web page has none.
     Special(PathBuf),
@@ -32,7 +30,6 @@ pub enum Destination {
 }
 
 impl Destination {
-    /// Destination of a path.
     pub fn of(path: &Path) -> io::Result<Self> {
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(io::Error::new(io::ErrorKind::InvalidFilename, "expected the name of a file"));

@@ -1,6 +1,6 @@
 //! The part of the crate `zstd` that osp uses, without C code, so that only a Rust compiler is needed to build the web
 //! page. It decompresses everything. It compresses whole buffers, to a larger size than `zstd`, but no streams.
-#![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
+#![allow(missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{
     io::{self, BufRead, BufReader, ErrorKind, Read},
@@ -25,7 +25,6 @@ pub mod bulk {
         Ok(ruzstd::encoding::compress_to_vec(bytes, ruzstd::encoding::CompressionLevel::Fastest))
     }
 
-    /// Decompresses at most `most_bytes`.
     pub fn decompress(packed: &[u8], most_bytes: usize) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         Decoder::new(packed)?.take(most_bytes as u64).read_to_end(&mut bytes)?;
@@ -33,14 +32,11 @@ pub mod bulk {
     }
 }
 
-/// Compression of streams.
 #[cfg(target_arch = "wasm32")]
 pub mod stream {
-    /// Decompression.
     pub mod read {
         pub use super::super::Decoder;
     }
-    /// Compression.
     pub mod write {
         pub use super::super::Encoder;
     }

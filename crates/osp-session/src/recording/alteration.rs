@@ -15,7 +15,6 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The identity.
     pub const STAY: Self =
         Self { is_mirrored: false, to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 } };
 
@@ -35,7 +34,6 @@ impl Motion {
         Self { is_mirrored: true, ..Self::by(Vec3::new(2.0 * x, 0.0, 0.0)) }
     }
 
-    /// New position of a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         let p = if self.is_mirrored { Vec3::new(-p.x, p.y, p.z) } else { p };
         rotate(self.to.q, p * self.to.s) + self.to.p

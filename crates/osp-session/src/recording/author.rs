@@ -24,12 +24,10 @@ impl Author {
     /// high bits are the author's number.
     pub const NUMBER_BITS: u32 = 20;
 
-    /// Whether this is the author in a recording without authors.
     pub fn is_sole(&self) -> bool {
         *self == Self::SOLE
     }
 
-    /// Whether a session can have this author.
     pub fn is_valid(self) -> bool {
         self.0 < Self::MAX
     }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
-    /// Name of the preset that the environment was made from.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub preset: String,
     /// Sky colours straight down and straight up; the sky is a gradient between them.
@@ -23,7 +22,6 @@ pub struct Environment {
     /// Colour of the fog, and its density per metre of depth.
     #[serde(default, skip_serializing_if = "is_clear")]
     pub fog: (Vec3, f32),
-    /// Ambient light.
     pub ambient: Vec3,
     /// Two directional lights: direction of travel, of length 1, in world space, and colour.
     #[serde(default)]
@@ -45,7 +43,6 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Longest name of a preset, bytes.
     pub const MAX_NAME_BYTES: usize = 64;
     const BRIGHTEST: f32 = 1.0e4;
     const DENSEST: f32 = 1.0e6;

@@ -6,7 +6,6 @@ use super::{Excess, Place};
 
 /// An error of a recording. Every message has the file, the position in the file and the expected form.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RecordingError {
     /// The file could not be opened, read or written.
     #[error("{}: {cause}", path.display())]

@@ -18,7 +18,6 @@ pub const ONE_AUTHOR_FORMAT: u32 = 3;
 /// takes about 50 kB. A move takes at most 11 bytes for each stroke, so a line can list 1.5 million strokes.
 pub const MAX_LINE_BYTES: usize = 1 << 24;
 
-/// The tool of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tool {
     /// A band of quads along the samples.
@@ -60,7 +59,6 @@ pub struct Paint {
 }
 
 impl Paint {
-    /// Longest name of a brush, bytes.
     pub const MAX_NAME_BYTES: usize = 64;
 
     /// A brush with scale 1, on the first layer.
@@ -116,16 +114,15 @@ pub struct Transform {
 }
 
 /// An event of a session. `t` is in seconds since the session's start. Times may be zero, repeat or decrease. The order
-/// of events is their order in the file; the time affects only the pace of a replay.
+/// of events is their order in the file; the time affects only the pace of a replay. `author` exists since format 4. In
+/// a recording with one author it is 0 and is not written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Event {
     /// An author joins the session (since format 4). Authors are numbered from 1 in the order in which they join. An
     /// author who returns gets a new number.
     Join {
-        /// Time, seconds.
         t: f64,
-        /// The author.
         author: Author,
         /// The author's name; several authors may have the same name.
         #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -137,33 +134,23 @@ pub enum Event {
     /// An author leaves permanently (since format 4). Unfinished strokes of the author end, and no undo reverts the
     /// author's work.
     Leave {
-        /// Time, seconds.
         t: f64,
-        /// The author.
         author: Author,
     },
-    /// A head pose.
     Head {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// Head position.
         p: Vec3,
         /// Rotation from the head, which looks along its -z, to world space.
         q: Quat,
     },
-    /// A stroke starts.
     Begin {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Number of the stroke. Each number is used only once in a session.
         stroke: StrokeId,
-        /// The tool that draws the stroke.
         tool: Tool,
         /// Full width at full pressure, metres.
         width: f32,
@@ -181,11 +168,8 @@ pub enum Event {
     },
     /// A control point of a stroke that has begun.
     Point {
-        /// Time, seconds.
         t: f64,
-        /// The stroke of the control point.
         stroke: StrokeId,
-        /// Position.
         p: Vec3,
         /// Orientation: the rotation from the tracker to world space.
         #[serde(default = "identity", skip_serializing_if = "is_identity")]
@@ -194,21 +178,14 @@ pub enum Event {
         #[serde(default = "full", skip_serializing_if = "is_full")]
         pressure: f32,
     },
-    /// A stroke ends.
     End {
-        /// Time, seconds.
         t: f64,
-        /// The stroke.
         stroke: StrokeId,
     },
-    /// A stroke is erased.
     Erase {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The stroke.
         stroke: StrokeId,
     },
     /// The author's last edit is undone. An edit begins, erases, moves, groups or assigns strokes, or places a group; a
@@ -216,17 +193,13 @@ pub enum Event {
     /// ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)); a further undo changes nothing. Edits of other authors
     /// stay: the state results from all edits that are not undone, in order.
     Undo {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
     /// The author's last undone edit is redone, if the author has made no other edit since.
     Redo {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
@@ -234,12 +207,9 @@ pub enum Event {
     /// space. When the group is placed again, the translation therefore rotates and scales with the group. In a group
     /// of scale 0 no stroke can be moved.
     Move {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The strokes.
         strokes: Vec<StrokeId>,
         /// The translation, metres.
         by: Vec3,
@@ -247,12 +217,9 @@ pub enum Event {
     /// Strokes become members of a group, which is created if it does not exist. Their coordinates are then in the
     /// group's space: if the group was placed, the strokes move.
     Group {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The group.
         group: GroupId,
         /// The strokes; each leaves its former group.
         strokes: Vec<StrokeId>,
@@ -265,12 +232,9 @@ pub enum Event {
     },
     /// A group is placed: this transform replaces the group's former one.
     Place {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The group.
         group: GroupId,
         /// Transform from the group's own space to its parent group's space, or to world space.
         to: Transform,
@@ -278,9 +242,7 @@ pub enum Event {
     /// The author's next edits form one step for undo and redo. The step ends after `edits` edits, at the next step, or
     /// at the next undo or redo that has an effect (since format 3).
     Step {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Number of edits; 0 ends the previous step.
@@ -289,18 +251,14 @@ pub enum Event {
     /// Changes properties of a layer (event since format 3). Absent properties keep their values. The change is not an
     /// edit, so undo does not revert it.
     Layer {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Index of the layer in [`Header::layers`](super::Header::layers). An index after the last layer creates a
         /// layer.
         layer: u32,
-        /// The layer's name.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
-        /// Whether the layer's strokes are hidden.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         hidden: Option<bool>,
         /// Whether the window refuses to edit the layer's strokes.
@@ -313,21 +271,15 @@ pub enum Event {
     },
     /// Strokes are assigned to a layer (since format 3).
     Assign {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The layer.
         layer: u32,
-        /// The strokes.
         strokes: Vec<StrokeId>,
     },
     /// A view is stored under a number (since format 3). The event is not an edit.
     View {
-        /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Number of the view; it replaces an earlier view of this number.
@@ -342,10 +294,8 @@ pub enum Event {
     /// A finished polygon: a part of `stroke`, or a stroke that has only this polygon. A polygon that is not convex or
     /// not planar is split.
     Polygon {
-        /// Time, seconds.
         #[serde(default)]
         t: f64,
-        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The stroke of the polygon. If absent, the polygon becomes a new stroke.
@@ -413,20 +363,16 @@ impl Event {
     /// Largest number of corners of a polygon event.
     pub const MAX_VERTICES: usize = 1024;
 
-    /// Largest number of layers of a session.
     pub const MAX_LAYERS: u32 = 1024;
 
-    /// Largest number of views that a session stores.
     pub const MAX_VIEWS: u32 = 64;
 
-    /// Longest name of a group or layer, bytes.
     pub const MAX_GROUP_NAME_BYTES: usize = 256;
 
     /// Largest number of strokes that one event may list. The event then fits into a line, whatever the strokes'
     /// numbers.
     pub const MAX_STROKES_NAMED: usize = (MAX_LINE_BYTES - 2048) / 11;
 
-    /// The event's time stamp, seconds.
     pub fn time_secs(&self) -> f64 {
         match *self {
             Self::Join { t, .. }

@@ -7,13 +7,11 @@ use super::{
 };
 use osp::math::COORDINATE_LIMIT_M;
 
-/// The first line of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
     /// Format number; see [`FORMAT_VERSION`](super::FORMAT_VERSION).
     pub format: u32,
-    /// Name of the session.
     #[serde(default)]
     pub name: String,
     /// Origin of the session: a program, a file, or a generator with its arguments.
@@ -78,14 +76,11 @@ impl Header {
     }
 }
 
-/// A layer of a session.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// The layer's name.
     #[serde(default)]
     pub name: String,
-    /// Whether the layer's strokes are hidden.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
 }
@@ -94,7 +89,6 @@ pub struct Layer {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Root {
-    /// Centre of the cube.
     pub center: Vec3,
     /// Edge length, metres.
     pub size: f32,

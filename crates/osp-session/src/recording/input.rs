@@ -22,7 +22,6 @@ pub struct MemoryFiles {
 }
 
 impl MemoryFiles {
-    /// Creates an empty set of files.
     pub fn new() -> Self {
         Self::default()
     }
@@ -57,12 +56,10 @@ enum Files<'a> {
 }
 
 impl<'a> Input<'a> {
-    /// A file or folder on the disk.
     pub(in crate::recording) fn on_disk(path: &'a Path) -> Self {
         Self { path, files: Files::Disk }
     }
 
-    /// A file in memory.
     pub(in crate::recording) fn in_memory(path: &'a Path, files: &'a MemoryFiles) -> Self {
         Self { path, files: Files::Memory(files) }
     }
@@ -75,7 +72,6 @@ impl<'a> Input<'a> {
         Input { path, files: self.files }
     }
 
-    /// Opens the file, which must be a regular file.
     pub(in crate::recording) fn open(self) -> io::Result<InputFile> {
         match self.files {
             Files::Disk => {
@@ -122,7 +118,6 @@ impl<'a> Input<'a> {
     }
 }
 
-/// An open file.
 #[derive(Debug)]
 pub(in crate::recording) enum InputFile {
     Disk(File),
@@ -130,7 +125,6 @@ pub(in crate::recording) enum InputFile {
 }
 
 impl InputFile {
-    /// The file's length in bytes.
     pub(in crate::recording) fn len(&self) -> io::Result<u64> {
         match self {
             Self::Disk(file) => Ok(file.metadata()?.len()),

@@ -17,7 +17,6 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The limits of [`OpenOptions::default`](super::OpenOptions::default).
     pub const DEFAULT: Self = Self { polygons: 4_000_000, unpacking: 32 };
     /// Number of bytes to which any compressed file may expand.
     pub const FREE_BYTES: u64 = 1 << 20;
@@ -85,14 +84,11 @@ impl fmt::Display for Place {
     }
 }
 
-/// A session that exceeds one of the [`Limits`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excess {
-    /// The file.
     pub path: PathBuf,
     /// Position in the file at which the limit was exceeded.
     pub place: Place,
-    /// The limit.
     pub most: u64,
     /// Name of what the limit counts, such as `polygons`.
     pub what: String,

@@ -1,12 +1,10 @@
 use super::Limits;
 
-/// Options of opening a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
     /// Whether damaged parts are skipped and counted in [`Notes::skipped`](super::Notes::skipped). Otherwise damage
     /// ends the session with an error.
     pub lenient: bool,
-    /// Limits of the session's size.
     pub limits: Limits,
 }
 

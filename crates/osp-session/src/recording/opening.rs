@@ -9,7 +9,6 @@ use super::{
 };
 use crate::platform::fs::{File, has_ending};
 
-/// Formats that [`open`] reads, for its error message.
 fn formats() -> String {
     [&[".ron", ".ron.zst"], super::import::FORMATS].concat().join(", ")
 }

@@ -24,7 +24,6 @@ impl Pace {
     pub const LONGEST_PAUSE_SECS: f64 = 1.0;
 }
 
-/// The error for a text that is not a pace.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("expected `recorded` or `samples:N` with N of 1 or more; found `{0}`")]
 pub struct ParsePaceError(String);
@@ -64,12 +63,10 @@ pub struct Pacer<I> {
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
-    /// A pacer over a session's events.
     pub fn new(events: I, pace: Pace) -> Self {
         Self { events, pace, next: None, frame_end_secs: None, last_secs: 0.0, ended: false }
     }
 
-    /// The remaining events of the session.
     pub fn into_events(self) -> I {
         self.events
     }

@@ -34,11 +34,9 @@ impl Sender {
 /// Events that a sender sends together, usually those of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// The sender.
     pub sender: Sender,
     /// The number of the message among the sender's messages, from 0.
     pub number: u64,
-    /// The events.
     pub events: Vec<Event>,
 }
 

@@ -96,7 +96,6 @@ pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), Record
     Ok((RecordingFile(Kind::Plain(file)), header, end.lines))
 }
 
-/// The end of a recording.
 #[derive(Debug)]
 pub struct LastLine {
     /// Number of complete lines.

@@ -30,13 +30,11 @@ fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
-/// Whether the line is blank or a comment.
 pub(super) fn is_blank(line: &str) -> bool {
     let line = line.trim();
     line.is_empty() || line.starts_with("//")
 }
 
-/// The reason why a line is not an event.
 #[derive(Debug)]
 pub(super) enum BadEvent {
     /// The line cannot be parsed. The last line of a file may be incomplete.
@@ -59,7 +57,6 @@ impl BadEvent {
     }
 }
 
-/// Parses an event and checks its numbers.
 pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
     let event = match ron_scan::scan(line) {
         Some(event) => event,
@@ -104,7 +101,6 @@ pub(super) fn parse_header(line: &str) -> Result<Header, Mismatch> {
     }
 }
 
-/// Appends the header as a line with its newline.
 pub(super) fn write_header(line: &mut String, header: &Header) -> Result<(), ron::Error> {
     line.push_str("Header");
     options().to_writer(&mut *line, header)?;
@@ -125,7 +121,6 @@ pub(super) fn parse_camera(text: &str) -> Result<Camera, String> {
     })
 }
 
-/// Appends the event as a line with its newline.
 pub(super) fn write_event(line: &mut String, event: &Event) -> Result<(), ron::Error> {
     options().to_writer(&mut *line, event)?;
     line.push('\n');
@@ -137,7 +132,6 @@ pub fn push_event(lines: &mut String, event: &Event) -> bool {
     write_event(lines, event).is_ok()
 }
 
-/// Converts the parser's error to a [`Mismatch`].
 fn explain(line: &str, error: &SpannedError) -> Mismatch {
     let place = Place::of(line, error);
     let rest = || match place {
@@ -213,7 +207,6 @@ impl Place {
     }
 }
 
-/// Names of the events that the parser accepts.
 fn event_names() -> &'static [&'static str] {
     match options().from_str::<Event>("Unknown") {
         Err(SpannedError { code: RonError::NoSuchEnumVariant { expected, .. }, .. }) => expected,

@@ -33,7 +33,6 @@ enum State {
     Done,
 }
 
-/// End of the line in the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LineEnd {
     Newline,
@@ -65,7 +64,6 @@ impl<R: BufRead> RonReader<R> {
         Ok(reader)
     }
 
-    /// The recording's header.
     pub fn header(&self) -> &Header {
         &self.header
     }

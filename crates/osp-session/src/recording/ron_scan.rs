@@ -20,10 +20,8 @@ pub(super) fn scan(line: &str) -> Option<Event> {
     scan.rest.is_empty().then_some(event)
 }
 
-/// A number in decimal notation.
 struct Number<'a> {
     text: &'a str,
-    /// Number of digits.
     digits: usize,
     /// The digits as an integer; invalid beyond [`Number::MOST_DIGITS`] digits.
     mantissa: u64,
@@ -61,7 +59,6 @@ impl Number<'_> {
         Some(if self.text.starts_with('-') { -value } else { value })
     }
 
-    /// Does the same as [`Number::to_f64`] for `f32`.
     fn to_f32(&self) -> Option<f32> {
         let value = self.to_f64()?;
         // Halfway between two f32, the f64 no longer decides which f32 is nearer.

@@ -8,7 +8,6 @@ use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError};
 /// Number of bytes that [`Flush::AtEnd`] collects before a write.
 const PENDING_BYTES: usize = 1 << 16;
 
-/// The expected form, in errors, of an event in formats before [`AUTHORS_FORMAT`].
 const NO_AUTHORS: &str = "an event without an author, or a header of format 4";
 
 /// Time at which events are written to the file.
@@ -58,7 +57,6 @@ impl<W: Write> RonWriter<W> {
         Ok(writer)
     }
 
-    /// A writer that continues a recording of `lines` lines.
     fn resume(out: W, path: PathBuf, flush: Flush, lines: u64, header: &Header) -> Self {
         let has_authors = header.format >= AUTHORS_FORMAT;
         Self { out, path, flush, pending: String::new(), lines, has_authors, failed: false }
@@ -100,7 +98,6 @@ impl<W: Write> RonWriter<W> {
         written.map_err(|e| RecordingError::io(&self.path, e))
     }
 
-    /// The output.
     pub fn get_ref(&self) -> &W {
         &self.out
     }

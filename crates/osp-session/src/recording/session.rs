@@ -4,11 +4,9 @@ use super::{Event, EventSource, Header, OpenOptions, RecordingError, limited::Li
 
 /// An opened session: its header and its events.
 pub struct Session {
-    /// The header of the session.
     pub header: Header,
     /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`, `glb`, `gltf`.
     pub format: &'static str,
-    /// The events.
     pub events: Box<dyn EventSource>,
 }
 

@@ -84,7 +84,6 @@ pub struct Tally {
     last_face: Option<StrokeId>,
 }
 
-/// The amounts as text.
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.read.fmt(f)
@@ -92,7 +91,6 @@ impl fmt::Display for Tally {
 }
 
 impl Tally {
-    /// Whether the stroke has begun and not ended.
     pub fn is_open(&self, stroke: StrokeId) -> bool {
         self.open.contains_key(&stroke)
     }
@@ -112,7 +110,6 @@ impl Tally {
         self.read.excess(limits)
     }
 
-    /// Counts an event.
     pub fn add(&mut self, event: &Event) {
         let read = &mut self.read;
         read.events += 1;

@@ -3,12 +3,9 @@ use std::{collections::BTreeSet, path::Path};
 use super::Event;
 use crate::brush;
 
-/// Largest number of names that are stored.
 const MOST_NAMES: usize = 1000;
-/// Largest number of names in the warning.
 const MOST_NAMED: usize = 4;
 
-/// The unknown brushes of a session.
 #[derive(Debug, Default)]
 pub(super) struct UnknownBrushes(BTreeSet<String>);
 

@@ -11,7 +11,6 @@ pub(super) struct Unpacked<R> {
     left: u64,
 }
 
-/// The error of [`Unpacked`] beyond its limit.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 #[error("more than {most} bytes from {packed} packed ones")]
 struct TooMany {

@@ -30,7 +30,6 @@ impl Default for RoomFromTracker {
 /// A transform computed from three points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// The transform.
     pub room_from_tracker: RoomFromTracker,
     /// Largest distance between a transformed point and the same point measured in the room, metres.
     pub error_m: f32,

@@ -4,15 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{Eye, Stereo};
 
-/// The eyes whose pictures an output shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Eyes {
     /// Both eyes, arranged by [`Stereo`].
     #[default]
     Both,
-    /// The left eye only.
     Left,
-    /// The right eye only.
     Right,
 }
 
@@ -21,7 +18,6 @@ pub enum Eyes {
 pub struct Viewport(pub f32, pub f32, pub f32, pub f32);
 
 impl Viewport {
-    /// The whole monitor.
     pub const WHOLE: Self = Self(0.0, 0.0, 1.0, 1.0);
 
     fn whole() -> Self {
@@ -72,7 +68,6 @@ pub struct Output {
     /// The part of the monitor that shows the screen.
     #[serde(default = "Viewport::whole", skip_serializing_if = "Viewport::is_whole")]
     pub viewport: Viewport,
-    /// The eyes whose pictures the output shows.
     #[serde(default, skip_serializing_if = "is_both")]
     pub eyes: Eyes,
 }
@@ -82,7 +77,6 @@ fn is_both(eyes: &Eyes) -> bool {
 }
 
 impl Output {
-    /// Whether the output shows an eye's picture.
     pub fn shows(&self, eye: Eye) -> bool {
         match self.eyes {
             Eyes::Both => true,

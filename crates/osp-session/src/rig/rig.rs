@@ -27,20 +27,16 @@ const NEAREST_EYE_M: f32 = 1.0e-3;
 /// Largest cosine of the angle between a screen's sides that still counts as a right angle.
 const SQUARE: f32 = 1.0e-3;
 
-/// Error of a rig.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RigError {
     /// The file cannot be read.
     #[error("{path}: {cause}")]
     Io { path: String, cause: std::io::Error },
-    /// No shipped rig and no file has this name.
     #[error("no rig is called `{0}`, and there is no such file: expected {shipped} or a file that describes a rig", shipped = Rig::shipped().collect::<Vec<_>>().join(", "))]
     Unknown(String),
     /// The text is not a rig. Lines count from 1.
     #[error("{path}, line {line}: expected a rig; {found}")]
     Text { path: String, line: usize, found: String },
-    /// A number or name is invalid.
     #[error("{place}: expected {expected}")]
     Invalid { place: String, expected: String },
 }
@@ -49,7 +45,6 @@ pub enum RigError {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Screen {
-    /// The screen's name.
     pub name: String,
     /// Lower left corner, seen from the front.
     pub lower_left: Vec3,
@@ -130,9 +125,7 @@ impl Screen {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
-    /// The rig's name.
     pub name: String,
-    /// The screens.
     pub screens: Vec<Screen>,
     /// Distance between the eyes, metres.
     #[serde(default = "usual_eye_separation_m")]
@@ -145,7 +138,6 @@ pub struct Rig {
     /// Whether the eyes' pictures are exchanged, for glasses or projectors that exchange left and right.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub swap_eyes: bool,
-    /// Transform from tracker space to room space.
     #[serde(default, skip_serializing_if = "RoomFromTracker::is_identity")]
     pub room_from_tracker: RoomFromTracker,
 }
@@ -154,7 +146,6 @@ fn usual_eye_separation_m() -> f32 {
     0.064
 }
 
-/// The rigs that come with the program, by name.
 const SHIPPED: &[(&str, &str)] = &[
     ("desktop", include_str!("rigs/desktop.ron")),
     ("dual-wall", include_str!("rigs/dual-wall.ron")),

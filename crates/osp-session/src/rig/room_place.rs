@@ -62,7 +62,6 @@ impl RoomPlace {
         Self::turn(self.back(), world_from_it)
     }
 
-    /// Transforms a view from room space to world space.
     pub fn view_to_world(&self, view: View) -> View {
         View {
             eye_in_world: self.to_world(view.eye_in_world),

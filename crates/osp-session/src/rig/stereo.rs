@@ -19,14 +19,11 @@ pub enum Stereo {
     Windows,
 }
 
-/// An eye of the tracked head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Eye {
-    /// The left eye.
     Left,
     /// Midway between the two eyes.
     Middle,
-    /// The right eye.
     Right,
 }
 
@@ -40,7 +37,6 @@ impl Eye {
         }
     }
 
-    /// The eye's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Left => "left eye",
@@ -51,7 +47,6 @@ impl Eye {
 }
 
 impl Stereo {
-    /// All arrangements.
     pub const ALL: &'static [Self] =
         &[Self::Mono, Self::SideBySide, Self::TopBottom, Self::Anaglyph, Self::Windows];
 

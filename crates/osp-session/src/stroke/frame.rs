@@ -20,7 +20,6 @@ pub(super) fn travel(last: &Sample, sample: &Sample, drops: &mut Drops) -> Optio
     Some(step / length_m)
 }
 
-/// A unit vector perpendicular to the unit vector `m`.
 pub(crate) fn any_perpendicular(m: Vec3) -> Vec3 {
     let helper = if m.x.abs() < 0.6 { Vec3::X } else { Vec3::Y };
     m.cross(helper).normalize_or(Vec3::Y)

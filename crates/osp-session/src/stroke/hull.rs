@@ -33,7 +33,6 @@ pub struct HullBuilder {
 }
 
 impl HullBuilder {
-    /// A stroke without samples.
     pub fn new(settings: &StrokeSettings, brush: &'static Brush, is_faceted: bool) -> Self {
         let spacing = Spacing { length_m: brush.min_length_m, part_of_size: 0.0 };
         Self {
@@ -74,7 +73,6 @@ impl HullBuilder {
         }
     }
 
-    /// Ends the stroke.
     pub fn finish(&mut self, out: &Pieces, drops: &mut Drops) {
         let has_moved = self.side.is_some();
         drops.degenerate += u64::from(has_moved && out.is_empty());

@@ -17,7 +17,6 @@ pub(super) struct Spacing {
 pub(super) struct Knot {
     /// The recorded sample with the recorded pressure.
     pub sample: Sample,
-    /// The pressure, smoothed along the stroke.
     pub smoothed: f32,
     /// Full width at the smoothed pressure, metres.
     pub size_m: f32,
@@ -28,7 +27,6 @@ pub(super) struct Knot {
 pub(super) struct Step {
     /// The last kept sample.
     pub from: Knot,
-    /// The new sample.
     pub to: Knot,
     /// Distance between `from` and `to`, metres; finite.
     pub length_m: f32,

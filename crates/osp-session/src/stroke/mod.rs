@@ -61,32 +61,21 @@ use crate::{
 /// The builder of an unfinished stroke, for any tool or brush.
 #[derive(Clone, Debug)]
 pub enum StrokeBuilder {
-    /// Builder for [`Tool::Ribbon`].
     Ribbon(RibbonBuilder),
-    /// Builder for [`Tool::Wall`].
     Wall(WallBuilder),
-    /// Builder for [`Tool::Tube`].
     Tube(TubeBuilder),
-    /// Builder for [`Family::QuadStrip`].
     QuadStrip(QuadStripBuilder),
     /// Builder for [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
     Welded(WeldedBuilder),
-    /// Builder for [`Family::Slices`].
     Slices(SlicesBuilder),
-    /// Builder for [`Family::Hull`].
     Hull(HullBuilder),
-    /// Builder for [`Family::Particles`].
     Particles(ParticlesBuilder),
-    /// Builder for [`Family::Spray`].
     Spray(SprayBuilder),
-    /// Builder for [`Family::Tube`].
     TubeBrush(TubeBrushBuilder),
-    /// Builder for [`Family::WindowedHull`].
     WindowedHull(WindowedHullBuilder),
 }
 
 impl StrokeBuilder {
-    /// A builder for these settings.
     pub fn new(settings: StrokeSettings) -> Self {
         if let Some(brush) = settings.brush
             && let Some(builder) = Self::of_brush(settings, brush)

@@ -40,7 +40,6 @@ struct Lone {
 }
 
 impl ParticlesBuilder {
-    /// A stroke without samples.
     pub fn new(settings: &StrokeSettings, brush: &'static Brush) -> Self {
         let interval_m = f64::from(PARTICLE_STEP_M * settings.scale / brush.particle_rate);
         Self {
@@ -121,7 +120,6 @@ impl ParticlesBuilder {
         self.place(lone.position, lone.pressure.max(LONE_PRESSURE), 1, 0, out, drops);
     }
 
-    /// Places particle `i` of the particles before knot number `knot`.
     fn place(&self, position: Vec3, pressure: f32, knot: u32, i: u32, out: &mut Pieces, drops: &mut Drops) {
         let (brush, random) = (self.brush, self.random);
         let salt = knot.wrapping_mul(16).wrapping_add(i).wrapping_mul(16);

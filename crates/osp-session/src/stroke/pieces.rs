@@ -5,10 +5,8 @@ use super::polygon::{push_checked, push_quad};
 use crate::brush::Surface;
 use osp::polygon::ConvexPolygon;
 
-/// A polygon of a stroke and its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// The polygon.
     pub polygon: ConvexPolygon,
     /// Normals, texture coordinates and alpha of its corners.
     pub surface: Surface,
@@ -58,12 +56,10 @@ impl Pieces {
         self.fresh.clear();
     }
 
-    /// Current number of polygons of the stroke.
     pub fn len(&self) -> u32 {
         self.kept + self.fresh.len() as u32
     }
 
-    /// Whether the stroke has no polygon.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -69,7 +69,6 @@ struct Form {
 #[derive(Clone, Copy, Debug)]
 struct Quad {
     form: Form,
-    /// Index of the quad in the stroke.
     number: u32,
     /// Index of the first quad of its segment.
     first: u32,
@@ -77,7 +76,6 @@ struct Quad {
     before_m: f32,
     /// Texture coordinate by distance, at the trailing and the leading edge.
     u: [f32; 2],
-    /// Opacity at both edges.
     alpha: [f32; 2],
     pieces: QuadPieces,
 }
@@ -267,7 +265,6 @@ impl QuadStripBuilder {
         (form, direction, normal, width_m, false)
     }
 
-    /// Appends a quad and smooths the previous quads.
     fn append(&mut self, form: &Rectangle, direction: Vec3, normal: Vec3, step: Step, is_break: bool) {
         let is_kept = step.is_kept;
         let opacity = self.brush.opacity(step.to.smoothed);

@@ -25,7 +25,6 @@ impl Random {
         (x >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// A number from `-half_range` to `half_range`.
     pub(super) fn around_zero(self, salt: u32, half_range: f32) -> f32 {
         half_range * (2.0 * self.unit(salt) - 1.0)
     }

@@ -19,7 +19,6 @@ pub struct RibbonBuilder {
 }
 
 impl RibbonBuilder {
-    /// A ribbon without samples.
     pub fn new(settings: StrokeSettings) -> Self {
         Self { settings, last: None, border: None, side: None }
     }

@@ -8,7 +8,6 @@ use super::{
     track::{Node, Track},
 };
 
-/// Largest number of lanes of a section.
 pub(super) const LANES: usize = 4;
 
 /// Height of a diamond's middle, as a fraction of half its width.
@@ -39,7 +38,6 @@ pub(super) struct Rim {
     pub normals: [Vec3; 2],
 }
 
-/// The lanes of a section.
 pub(super) type Rims = [Rim; LANES];
 
 impl Section {
@@ -60,7 +58,6 @@ impl Section {
         }
     }
 
-    /// Whether the shape of a segment depends on the segment's length.
     pub(super) fn depends_on_length(self) -> bool {
         matches!(self, Self::Tapered | Self::Bolt)
     }

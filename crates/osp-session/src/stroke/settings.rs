@@ -3,7 +3,6 @@ use crate::{
     recording::{NormalRule, Tool},
 };
 
-/// Settings of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSettings {
     /// The brush. If `None`, `tool` determines the polygons.

@@ -29,7 +29,6 @@ struct Frame {
 }
 
 impl SlicesBuilder {
-    /// A stroke without samples.
     pub fn new(settings: StrokeSettings, brush: &'static Brush) -> Self {
         let spacing = Spacing { length_m: 0.0001, part_of_size: 0.2 };
         Self { scale: settings.scale, knots: Knots::new(&settings, brush, spacing), last: None, kept: 0 }

@@ -23,7 +23,6 @@ pub struct SprayBuilder {
 }
 
 impl SprayBuilder {
-    /// A stroke without samples.
     pub fn new(settings: &StrokeSettings, brush: &'static Brush, is_midpoint: bool) -> Self {
         let spacing = Spacing { length_m: 0.0, part_of_size: 1.0 / brush.spray_rate };
         let mut knots = Knots::new(settings, brush, spacing);
@@ -54,7 +53,6 @@ impl SprayBuilder {
         }
     }
 
-    /// Places square `i` of a step.
     fn place(&self, middle: Vec3, step: &Step, right: Vec3, i: u32, out: &mut Pieces, drops: &mut Drops) {
         let (brush, random) = (self.brush, self.random);
         let number = if self.is_midpoint {

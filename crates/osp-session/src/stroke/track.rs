@@ -44,7 +44,6 @@ pub(super) struct Track {
     vertices_at_end: u32,
     /// The nodes that may still change, then a provisional end if there is one.
     pub(super) nodes: Vec<Node>,
-    /// Number of kept nodes.
     pub(super) kept: usize,
     is_begun: bool,
 }

@@ -24,7 +24,6 @@ pub struct TubeBuilder {
 }
 
 impl TubeBuilder {
-    /// A tube without samples.
     pub fn new(settings: StrokeSettings) -> Self {
         Self { settings, last: None, ring: None, side: None }
     }

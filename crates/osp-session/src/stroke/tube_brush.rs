@@ -179,7 +179,6 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// Ends the stroke.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if std::mem::take(&mut self.is_unsettled) || self.open.is_outdated {
             self.make_segments(true, out, drops);
@@ -242,7 +241,6 @@ impl TubeBrushBuilder {
         add(drops, &std::mem::take(dropped));
     }
 
-    /// The segments that may still change.
     fn changing_segments(&self) -> Vec<Segment> {
         let mut segments = Vec::new();
         let mut end = self.rings.len();

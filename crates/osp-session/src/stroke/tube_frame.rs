@@ -17,7 +17,6 @@ impl Frame {
         Self { ahead, up, right: ahead.cross(up) }
     }
 
-    /// The frame at the start of a segment.
     pub(super) fn first(ahead: Vec3, orientation: Quat) -> Self {
         let up = rotate(orientation, Vec3::Y);
         Self::new(ahead, if up.dot(ahead) < 0.01 { rotate(orientation, Vec3::X) } else { up })

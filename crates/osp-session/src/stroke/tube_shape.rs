@@ -21,7 +21,6 @@ pub(super) struct Shape {
 /// Properties of a segment on which its shape depends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
-    /// Number of the segment's knots.
     pub(super) count: usize,
     pub(super) length_m: f32,
     /// Distance of the provisional end from the last kept knot, as a fraction of the distance at which it is kept.

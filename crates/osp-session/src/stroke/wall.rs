@@ -11,7 +11,6 @@ pub struct WallBuilder {
 }
 
 impl WallBuilder {
-    /// A wall without corners.
     pub fn new() -> Self {
         Self::default()
     }

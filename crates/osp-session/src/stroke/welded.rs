@@ -73,7 +73,6 @@ impl WeldedBuilder {
         Self::with_section(settings, brush, Uv::Distance, Section::Diamond, true)
     }
 
-    /// A bar with a rectangular section.
     pub fn bar(settings: StrokeSettings, brush: &'static Brush) -> Self {
         Self::with_section(settings, brush, Uv::Distance, Section::Box, true)
     }
@@ -126,7 +125,6 @@ impl WeldedBuilder {
         self.make(from, out, drops);
     }
 
-    /// Ends the stroke.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         let nodes = &self.track.nodes;
         let has_end = nodes.len() > self.track.kept && nodes.last().is_some_and(|node| node.is_linked);

@@ -29,7 +29,6 @@ pub struct WindowedHullBuilder {
 }
 
 impl WindowedHullBuilder {
-    /// A stroke without samples.
     pub fn new(settings: &StrokeSettings, brush: &'static Brush) -> Self {
         let spacing = Spacing { length_m: brush.min_length_m, part_of_size: 0.0 };
         Self {

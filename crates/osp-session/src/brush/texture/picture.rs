@@ -8,7 +8,6 @@ use super::shapes;
 macro_rules! pictures {
     ($($name:ident $shape:ident),* $(,)?) => {
         /// A generated picture that brushes use as a texture. `shapes.rs` describes and generates each picture.
-        #[allow(missing_docs, reason = "each function describes its picture")]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
         pub enum Picture {
             $($name),*
@@ -110,12 +109,10 @@ impl Picture {
         Self::Fibres,
     ];
 
-    /// The picture's texture layer.
     pub fn layer(self) -> usize {
         self as usize
     }
 
-    /// The texture layer of the picture's normal map, if it has a relief.
     pub fn relief_layer(self) -> Option<usize> {
         Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
     }

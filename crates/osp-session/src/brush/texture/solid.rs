@@ -12,7 +12,6 @@ const SURELY: f32 = 0.03;
 /// neighbours are opaque at every mip level.
 type Solid = [u128; SIDE];
 
-/// Opaque texels by brush number, computed on first use.
 static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
     LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
 

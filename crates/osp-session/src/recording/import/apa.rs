@@ -30,7 +30,6 @@ pub(super) const MAGIC: &[u8] = b"\x08apainter";
 const VERSION: u16 = 1;
 /// Full pressure of early recordings. A file with a pressure above 1 is an early recording.
 const GREATEST_PRESSURE: f32 = 2.0;
-/// A-Painter's brushes that are plain ribbons.
 const PLAIN: [&str; 2] = ["flat", "smooth"];
 /// Largest number of characters of a brush's name in a header. `MOST_NAMES` is the largest number of names.
 const MOST_NAME_CHARS: usize = 40;
@@ -133,7 +132,6 @@ struct Apa {
     full_pressure: f32,
     /// The most similar brush of the crate's table, by the brush's number in the file.
     brushes: Vec<Option<&'static Brush>>,
-    /// The brush of the current stroke.
     brush: u8,
     strokes: u32,
 }

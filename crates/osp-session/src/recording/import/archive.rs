@@ -21,18 +21,14 @@ use crate::recording::{
 
 /// Largest number of local headers that are read. Real sketches have three or four entries.
 const MOST_ENTRIES: usize = 64;
-/// First bytes of a local header.
 const LOCAL_MAGIC: &[u8] = b"PK\x03\x04";
-/// Size of a local header before the name, bytes.
 const LOCAL_HEADER_BYTES: usize = 30;
-/// Flag: the entry is encrypted.
 const ENCRYPTED: u16 = 1;
 /// Flag: size and checksum follow the data, and are not in the local header.
 const SIZE_FOLLOWS: u16 = 1 << 3;
 const STORED: u16 = 0;
 const DEFLATED: u16 = 8;
 
-/// Position and compression of an entry.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     name: String,
@@ -43,7 +39,6 @@ pub(super) struct Entry {
     crc: Option<u32>,
 }
 
-/// Compression of an entry.
 #[derive(Clone, Debug)]
 enum Packing {
     Stored,
@@ -52,7 +47,6 @@ enum Packing {
     Other(String),
 }
 
-/// The entries of an archive.
 pub(super) struct Archive {
     entries: Vec<Entry>,
     /// The reason why the central directory was not used.
@@ -90,14 +84,12 @@ impl Archive {
         })
     }
 
-    /// The first entry that has one of these names.
     pub(super) fn find(&self, names: &[&str]) -> Option<&Entry> {
         names.iter().find_map(|name| self.entries.iter().find(|entry| entry.name == *name))
     }
 }
 
 impl Entry {
-    /// A reader of the entry's unpacked bytes.
     pub(super) fn read(&self, input: Input<'_>, limits: &Limits) -> Result<ByteReader, RecordingError> {
         let path = input.path;
         let entry_path = path.join(&self.name);

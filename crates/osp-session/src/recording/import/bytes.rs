@@ -141,12 +141,10 @@ impl ByteReader {
         }
     }
 
-    /// An error at the current position.
     pub(super) fn expected(&self, expected: impl Display, found: impl Display) -> RecordingError {
         self.expected_at(self.offset, expected, found)
     }
 
-    /// An error at an earlier position.
     pub(super) fn expected_at(
         &self,
         offset: u64,

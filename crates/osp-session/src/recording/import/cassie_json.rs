@@ -17,7 +17,6 @@ pub(super) enum Document {
     Raw(RawData),
 }
 
-/// A stroke of `sketch_history`.
 #[derive(Deserialize)]
 pub(super) struct HistoryStroke {
     pub(super) input_samples: Vec<Point>,
@@ -25,7 +24,6 @@ pub(super) struct HistoryStroke {
     pub(super) deletion_time: Option<Seconds>,
 }
 
-/// The contents of a `raw_data` file.
 #[derive(Default)]
 pub(super) struct RawData {
     pub(super) states: Vec<State>,
@@ -47,7 +45,6 @@ pub(super) struct State {
     pub(super) canvas_scale: f32,
 }
 
-/// A stroke of `raw_data`.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct RawStroke {

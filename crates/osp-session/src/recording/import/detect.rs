@@ -5,11 +5,9 @@ use super::{
 };
 use crate::recording::{OpenOptions, RecordingError, Session, input::Input};
 
-/// The formats that can be read, for an error message.
 pub(in crate::recording) const FORMATS: &[&str] =
     &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
-/// A function that opens files of one format.
 type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session, RecordingError>;
 
 /// The reader for a folder, or for a file that starts with the magic bytes of a binary format.

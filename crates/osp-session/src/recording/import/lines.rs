@@ -63,7 +63,6 @@ impl LineReader {
         &self.path
     }
 
-    /// Number of the current line.
     pub(super) fn place(&self) -> Place {
         Place::Line(self.line)
     }

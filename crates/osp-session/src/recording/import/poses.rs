@@ -31,7 +31,6 @@ const LONGEST_STEP_M: f32 = 0.25;
 const WIDTH_M: f32 = 0.02;
 /// Colour of the ribbon, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
-/// Expected form of a line.
 const LINE: &str = "`time x y z qw qx qy qz`";
 
 /// Opens a file of tracker poses, packed with gzip or not.
@@ -77,7 +76,6 @@ struct Poses {
     /// Time and position of the previous pose, if a stroke is open.
     last: Option<(f64, Vec3)>,
     next_stroke: u32,
-    /// Events to return next, in order.
     ahead: [Option<Event>; 2],
 }
 

@@ -12,10 +12,8 @@ pub(super) trait StrokeFormat: Send {
     /// Width at pressure 0 divided by the full width.
     const THINNEST: f32;
 
-    /// Decodes the header of a stroke.
     fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError>;
 
-    /// Decodes the next point of the current stroke.
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
 
     /// A warning about the strokes so far.
@@ -24,7 +22,6 @@ pub(super) trait StrokeFormat: Send {
     }
 }
 
-/// The header of a stroke, which precedes its points.
 pub(super) struct StrokeHead {
     pub(super) width_m: f32,
     pub(super) color: [f32; 4],

@@ -17,7 +17,6 @@ const TICKS_A_HEAD: u64 = 3;
 /// distance.
 const LONGEST_WALK_TICKS: u32 = 1800;
 
-/// Number of recent strokes that the artist may edit.
 const MEMORY: usize = 64;
 
 /// Largest distance of the head from its target when a stroke begins, metres.
@@ -43,7 +42,6 @@ pub(super) struct Stance {
     pub(super) at: DVec3,
 }
 
-/// Appearance and speed of a ribbon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RibbonStyle {
     pub(super) width_m: f64,
@@ -191,7 +189,6 @@ impl Artist {
         self.end(id);
     }
 
-    /// Adds a finished polygon.
     pub(super) fn polygon(&mut self, corners: &[DVec3], color: (f32, f32, f32, f32)) {
         if self.has_finished() {
             return;
@@ -307,7 +304,6 @@ impl Artist {
         again
     }
 
-    /// Appends an event at the current time.
     pub(super) fn push(&mut self, event: impl FnOnce(f64) -> Event) {
         let t = self.time();
         self.queue.push_back(event(t));

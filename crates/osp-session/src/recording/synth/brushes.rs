@@ -14,13 +14,11 @@ use crate::{
     },
 };
 
-/// Number of strokes in a row.
 const COLUMNS: u32 = 8;
 /// Distance between neighbouring strokes: along a row and between rows, metres.
 const CELL_M: [f32; 2] = [0.34, 0.24];
 /// Distance between two walls of strokes, metres.
 const DEPTH_M: f32 = 0.5;
-/// Number of samples of a stroke.
 const SAMPLES: u32 = 48;
 
 /// A sample sheet: each offered brush draws one wave, in rows that form a wall. Further walls in other colours follow

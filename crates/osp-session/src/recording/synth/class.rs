@@ -13,7 +13,6 @@ const LATER_SECS: f64 = 2.0;
 /// One of this number of head poses is kept: ten a second are enough to show where each artist looks.
 const HEADS: u32 = 3;
 
-/// After this number of an artist's strokes, the next artist moves the last of them.
 const STROKES_A_MOVE: u32 = 5;
 
 /// Translation of a stroke that another artist moves, metres.

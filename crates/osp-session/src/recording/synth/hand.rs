@@ -26,7 +26,6 @@ const SMOOTHING: usize = 6;
 /// Number of sine waves for tremor and for drift along each axis.
 const WAVES: usize = 3;
 
-/// One sample of the hand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HandSample {
     pub(super) p: DVec3,
@@ -48,7 +47,6 @@ impl HandSample {
     }
 }
 
-/// A sum of sine waves.
 #[derive(Clone, Copy, Debug)]
 struct Waves {
     /// Angular frequency, phase, amplitude.
@@ -77,7 +75,6 @@ impl Waves {
     }
 }
 
-/// A hand with its own tremor.
 #[derive(Debug)]
 pub(super) struct Hand {
     tremor_m: [Waves; 3],
@@ -106,7 +103,6 @@ impl Hand {
         ((secs * RATE_HZ) as u32).clamp(8, 120)
     }
 
-    /// Sample `index` of `count` along the path, at `time_secs` of the session.
     pub(super) fn sample(&mut self, path: &HandPath, index: u32, count: u32, time_secs: f64) -> HandSample {
         let part = f64::from(index) / f64::from(count.max(2) - 1);
         let (place, travel) = path.at(progress(part));

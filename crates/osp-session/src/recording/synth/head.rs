@@ -44,7 +44,6 @@ impl Head {
         self.look = (self.look + (wish - self.look) * TURN).normalize_or(wish);
     }
 
-    /// Position and orientation.
     pub(super) fn pose(&self) -> (DVec3, [f64; 4]) {
         let walking = (self.velocity.length() / 1.2).min(1.0);
         let bob = DVec3::new(0.0, 0.012 * walking * libm::sin(self.stride), 0.0);

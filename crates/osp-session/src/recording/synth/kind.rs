@@ -1,6 +1,5 @@
 use std::fmt;
 
-/// The kinds of synthetic sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SynthKind {
     /// A bust, larger than life: dense small strokes in thin layers. The artist walks around it.
@@ -16,19 +15,15 @@ pub enum SynthKind {
 }
 
 impl SynthKind {
-    /// Every kind.
     pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes, Self::Class];
 
-    /// Default number of artists of [`SynthKind::Class`].
     pub const CLASS_AUTHORS: u32 = 3;
 
-    /// Largest number of artists of [`SynthKind::Class`].
     pub const MOST_AUTHORS: u32 = 64;
 
     /// The kinds that a simulated artist draws, with a hand, a head and edits.
     pub const DRAWN_BY_ARTISTS: [Self; 3] = [Self::Portrait, Self::Room, Self::Scribble];
 
-    /// The kind's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Portrait => "portrait",

@@ -11,11 +11,9 @@ const STEP_M: f64 = 0.01;
 /// Largest curvature of a stroke within its surface, 1/m.
 const MOST_BEND: f64 = 25.0;
 
-/// A position on the path of a stroke.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub(super) p: DVec3,
-    /// The ribbon's normal.
     pub(super) n: DVec3,
 }
 
@@ -72,7 +70,6 @@ pub(super) fn on_surface(rng: &mut Random, course: &Course, surface: impl Fn(DVe
     nodes
 }
 
-/// A path on the plane through `start` with this normal.
 pub(super) fn on_plane(rng: &mut Random, course: &Course, normal: DVec3) -> Vec<Node> {
     let start = course.start;
     on_surface(rng, course, |p| Node { p: p - normal * (p - start).dot(normal), n: normal })

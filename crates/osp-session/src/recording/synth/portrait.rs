@@ -7,7 +7,6 @@ use super::vector::{level, perpendicular, turned};
 /// The bust is larger than life, as most sculptures in VR are.
 const SCALE: f64 = 2.4;
 
-/// The centre of the skull.
 const CENTER: DVec3 = DVec3::new(0.0, 1.5, 0.0);
 
 /// A bust: first a sketch of a few long lines, then small strokes that cover it patch by patch, in layers.

@@ -27,7 +27,6 @@ pub(super) struct Rooms {
     at: usize,
     built: usize,
     places: Vec<Place>,
-    /// The ornament in progress.
     ornament: Ornament,
 }
 
@@ -90,13 +89,11 @@ impl Rooms {
         size_m as f32
     }
 
-    /// Column and row of a room.
     fn cell(&self, room: usize) -> (usize, usize) {
         let (row, column) = (room / self.columns, room % self.columns);
         (if row.is_multiple_of(2) { column } else { self.columns - 1 - column }, row)
     }
 
-    /// The middle of a room's floor.
     fn center(&self, room: usize) -> DVec3 {
         let (column, row) = self.cell(room);
         let half = self.columns as f64 * 0.5;

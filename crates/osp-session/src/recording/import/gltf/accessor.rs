@@ -53,7 +53,6 @@ impl<'a> Row<'a> {
     }
 }
 
-/// The elements of an accessor.
 pub(super) struct Elements<'a> {
     count: usize,
     pub(super) width: usize,

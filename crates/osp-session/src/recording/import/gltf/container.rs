@@ -10,7 +10,6 @@ use super::{
 };
 use crate::recording::{Limits, Place, RecordingError, error::beyond, import::lines::shown, input::Input};
 
-/// Magic bytes of a `.glb`.
 pub(in super::super) const MAGIC: &[u8] = b"glTF";
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
@@ -23,7 +22,6 @@ const BYTES_A_POLYGON: u64 = 256;
 /// up to 32 bytes.
 const POLYGONS_AN_OBJECT: u64 = 16;
 
-/// A glTF file in memory.
 pub(super) struct File {
     pub(super) path: PathBuf,
     pub(super) root: Root,
@@ -76,7 +74,6 @@ fn at_byte(path: &Path, offset: usize, expected: &str, found: impl Into<String>)
     RecordingError::Byte { path, offset, expected: expected.to_owned(), found: found.into() }
 }
 
-/// Byte range of the JSON in a binary file.
 fn binary_json(
     path: &Path,
     bytes: &[u8],
@@ -102,7 +99,6 @@ fn binary_json(
     Ok(start..end.ok_or_else(|| cut(bytes.len()))?)
 }
 
-/// Byte range of the binary chunk, if there is one.
 fn binary_chunk(
     path: &Path,
     bytes: &[u8],

@@ -88,7 +88,6 @@ impl Faces {
     }
 }
 
-/// A primitive of a mesh in the file.
 struct Mesh<'a> {
     positions: Elements<'a>,
     colors: Option<Elements<'a>>,
@@ -136,7 +135,6 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// The vertex numbers of a triangle.
     fn triangle(&self, at: usize) -> [u32; 3] {
         let places = match self.mode {
             Mode::Triangles => [3 * at, 3 * at + 1, 3 * at + 2],

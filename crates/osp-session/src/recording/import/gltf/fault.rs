@@ -5,7 +5,6 @@ use crate::recording::{Notes, RecordingError};
 /// Largest number of damaged parts that get a warning. Further damaged parts are only counted.
 const MOST_WARNINGS: u64 = 16;
 
-/// A fault of a part of a file.
 pub(super) struct Fault {
     pub(super) expected: String,
     pub(super) found: String,

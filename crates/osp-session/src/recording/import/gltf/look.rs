@@ -13,7 +13,6 @@ use crate::recording::{Camera, Environment, Header};
 const AMBIENT: f32 = 0.392;
 const SKY: [Vec3; 2] = [Vec3::new(0.27, 0.27, 0.32), Vec3::new(0.035, 0.035, 0.086)];
 
-/// The program that wrote the file.
 pub(super) fn source(file: &File) -> String {
     let written_by = file.root.asset.generator.iter().flat_map(|name| name.chars().take(100));
     let program: String = written_by.collect();

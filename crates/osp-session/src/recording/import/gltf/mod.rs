@@ -39,7 +39,6 @@ use crate::recording::{
     Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, input::Input,
 };
 
-/// Number of triangles that are decoded at a time.
 const CHUNK: usize = 1 << 14;
 /// Largest number of colours of a primitive that are stored exactly. With more colours, each channel is rounded to 16
 /// steps, so that a painted mesh does not become a stroke for each of its triangles.

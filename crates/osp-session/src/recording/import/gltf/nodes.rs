@@ -21,14 +21,12 @@ pub(super) struct Planned {
     name: Option<String>,
     /// The group's transform. `None` for the identity, or for a node that belongs to the group of an ancestor.
     pub(super) to: Option<Transform>,
-    /// The node's mesh.
     pub(super) mesh: Option<usize>,
     /// Transform of the vertices: the part of the node's transform that the group's transform cannot represent.
     pub(super) residual: DAffine3,
 }
 
 impl Planned {
-    /// The event that adds strokes to the group.
     pub(super) fn group_event(&self, strokes: Vec<StrokeId>) -> Event {
         let name = self.name.clone().filter(|_| strokes.is_empty());
         Event::Group { author: Author::SOLE, t: 0.0, group: self.group, strokes, parent: self.parent, name }
@@ -48,7 +46,6 @@ pub(super) struct Nodes {
     pub(super) seen: Vec<Seen>,
 }
 
-/// A node to visit, and the transforms of its ancestors.
 #[derive(Clone, Copy)]
 struct Visit {
     node: usize,
@@ -161,7 +158,6 @@ fn roots(file: &File) -> Vec<usize> {
     (0..is_child.len()).filter(|&node| !is_child[node]).collect()
 }
 
-/// For each node, whether its subtree has a mesh.
 fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     let mut parents = vec![None; nodes.len()];
     for (node, number) in nodes.iter().zip(0..) {
