@@ -359,7 +359,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
     for pictures in &PICTURES[..if wanted.is_mono { 1 } else { PICTURES.len() }] {
         let (width, height) = pictures.size;
         let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, &RendererConfig::default())?;
-        drawer.follow(&all);
+        drawer.renderer.follow(&all);
         for number in 1..wanted.methods.len() * pictures.eyes.len() {
             assert_eq!(drawer.add_view(width, height)?, number, "views are numbered one after the other");
         }
@@ -382,7 +382,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
                 let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));
                 let changes: Vec<Change> =
                     back.map(|i| Change::Insert(ids[i % ids.len()])).chain(removed).collect();
-                drawer.follow(&changes);
+                drawer.renderer.follow(&changes);
                 let middle = path.view(&Moment { frame: frame as u64, ..Moment::default() });
                 let middle =
                     farther(middle, bounds.center(), times).with_aspect(width as f32 / height as f32);
@@ -402,7 +402,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
             for (method, lane) in wanted.methods.iter().zip(&lanes) {
                 println!("{}", lane.row(method.name()));
             }
-            println!("\nPolygons on the adapter: {} kB.", drawer.polygon_memory_bytes() / 1000);
+            println!("\nPolygons on the adapter: {} kB.", drawer.renderer.bytes() / 1000);
         }
     }
     Ok(())

@@ -109,7 +109,7 @@ impl Painter {
         description.flags = osp_render::instance_flags();
         let instance = wgpu::Instance::new(description);
         let surface = create_surface(&instance, &window)?;
-        let gpu = Arc::new(Gpu::for_surface_later(instance, &surface).await?);
+        let gpu = Arc::new(Gpu::open(instance, Some(&surface)).await?);
         if gpu.is_in_browser() {
             gpu.learn().await?;
         }

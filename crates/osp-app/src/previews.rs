@@ -40,8 +40,8 @@ pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, Render
     for (i, brush) in grid.brushes().enumerate() {
         let (mut scene, mut changes) = (Scene::new(), Vec::new());
         sample(&brush.name, &mut scene, &mut changes);
-        drawer.forget_from(0);
-        drawer.follow(&changes);
+        drawer.renderer.forget_from(0);
+        drawer.renderer.follow(&changes);
         let every: VisibleBlocks = scene.visible_ids().collect();
         drawer.draw(&scene, &view, &[Layer::plain(&every)])?;
         let image = drawer.image()?;

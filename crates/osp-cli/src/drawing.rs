@@ -70,7 +70,7 @@ impl Drawing {
         I: Iterator<Item = Result<Event, RecordingError>>,
     {
         for (_, drawer) in &mut self.drawers {
-            drawer.follow(replay.changes());
+            drawer.renderer.follow(replay.changes());
         }
         // The views of the frame, each with its number among the views of all screens and eyes.
         let views: Vec<(usize, &View)> = match replay.rig_views() {

@@ -81,8 +81,8 @@ fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<Strin
     let config = RendererConfig { background: background_for(model), ..RendererConfig::default() };
     let bounds = main_bounds(model, &summary.bounds);
     let mut drawer = Offscreen::on(gpu, width, height, &config)?;
-    drawer.set_environment(header.environment.as_deref());
-    warn(&format!("drawn by {}", drawer.gpu().name()));
+    drawer.renderer.set_environment(header.environment.as_deref());
+    warn(&format!("drawn by {}", drawer.renderer.gpu.name()));
     if let Some(asked) = args.size.filter(|asked| (asked.width, asked.height) != (width, height)) {
         let Size { width: asked_width, height: asked_height } = asked;
         warn(&format!("{asked_width}x{asked_height} pixels become {width}x{height}: a video has even sides"));
@@ -110,9 +110,9 @@ fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<Strin
             _ => last * (frame + 1) / times.frames,
         };
         while player.frames() <= shown && player.step()? {
-            drawer.follow(player.changes());
+            drawer.renderer.follow(player.changes());
         }
-        drawer.set_time(args.shown.time + (frame as f64 / f64::from(fps)) as f32);
+        drawer.renderer.set_time(args.shown.time + (frame as f64 / f64::from(fps)) as f32);
         let polygons: VisibleBlocks = player.scene().visible_ids().collect();
         let view = view(frame, &player.moment());
         drawer.draw_view(0, player.scene(), &view, &[Layer::plain(&polygons)])?;

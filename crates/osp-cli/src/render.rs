@@ -94,9 +94,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
     drawer.set_detail(is_coarse);
-    drawer.set_environment(environment.as_deref());
-    drawer.set_time(args.shown.time);
-    drawer.set_colors(args.colors());
+    drawer.renderer.set_environment(environment.as_deref());
+    drawer.renderer.set_time(args.shown.time);
+    drawer.renderer.set_colors(args.colors());
     // Uses a second drawer, so that the state of the first drawer cannot hide an error.
     let mut by_painter = match painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
@@ -121,9 +121,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         false => None,
     };
     if let Some(uncut) = &mut uncut {
-        uncut.set_environment(environment.as_deref());
-        uncut.set_time(args.shown.time);
-        uncut.set_colors(args.colors());
+        uncut.renderer.set_environment(environment.as_deref());
+        uncut.renderer.set_time(args.shown.time);
+        uncut.renderer.set_colors(args.colors());
     }
     let mut rig = rig;
     let wanted = Wanted::new(args, &summary)?;
@@ -136,7 +136,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         });
         outputs.add_pictures(paths)?;
     }
-    warn(&format!("drawn by {}", drawer.gpu().name()));
+    warn(&format!("drawn by {}", drawer.renderer.gpu.name()));
 
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         _ if fixed.is_some() => {
@@ -166,9 +166,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     while player.frames() <= wanted.last && player.step()? {
         progress.inc(1);
         let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
-        drawer.follow(changes);
+        drawer.renderer.follow(changes);
         if let Some(uncut) = &mut uncut {
-            uncut.follow(changes);
+            uncut.renderer.follow(changes);
         }
         if let Some(pictures) = &mut by_painter {
             pictures.follow(changes);

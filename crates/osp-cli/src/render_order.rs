@@ -89,13 +89,13 @@ impl OrderTrials {
             ensure!(!orders[..i].contains(order), "--order names {} twice", order.name());
         }
         let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, config)?;
-        drawer.set_environment(environment);
-        drawer.set_time(time_s);
+        drawer.renderer.set_environment(environment);
+        drawer.renderer.set_time(time_s);
         Ok(Self { drawer, orders, repeats })
     }
 
     pub(super) fn follow(&mut self, changes: &[Change]) {
-        self.drawer.follow(changes);
+        self.drawer.renderer.follow(changes);
     }
 
     /// Draws the polygons in view in every order, in turns. The picture uses the first order.
@@ -157,7 +157,7 @@ impl OrderTrials {
             polygons: polygons.len(),
             width: usual.width(),
             height: usual.height(),
-            adapter: self.drawer.gpu().name(),
+            adapter: self.drawer.renderer.gpu.name(),
             gpu_times,
             repeats: self.repeats,
             orders,

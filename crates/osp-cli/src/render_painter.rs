@@ -52,15 +52,15 @@ impl PainterPictures {
     ) -> Result<Self, RenderError> {
         let drawer = || {
             let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, config)?;
-            drawer.set_solid(true);
+            drawer.renderer.set_solid(true);
             Ok(drawer)
         };
         Ok(Self { painter, by_painter: drawer()?, by_depth: drawer()?, is_noted: false })
     }
 
     pub(super) fn follow(&mut self, changes: &[Change]) {
-        self.by_painter.follow(changes);
-        self.by_depth.follow(changes);
+        self.by_painter.renderer.follow(changes);
+        self.by_depth.renderer.follow(changes);
     }
 
     /// Draws the polygons in view.

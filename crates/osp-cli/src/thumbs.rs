@@ -39,10 +39,10 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let scene = end.scene;
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
-    drawer.set_environment(header.environment.as_deref());
-    drawer.set_time(MOMENT_S);
+    drawer.renderer.set_environment(header.environment.as_deref());
+    drawer.renderer.set_time(MOMENT_S);
     let changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
-    drawer.follow(&changes);
+    drawer.renderer.follow(&changes);
     let polygons: VisibleBlocks = scene.visible_ids().collect();
     let view = still_view(&scene, &summary.bounds, header.camera, direction_to_artist, drawer.aspect());
     drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;

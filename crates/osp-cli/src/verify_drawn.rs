@@ -122,7 +122,7 @@ impl DrawnTrials {
     /// Applies the changes of one frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         for trial in &mut self.trials {
-            trial.drawer.follow(changes);
+            trial.drawer.renderer.follow(changes);
         }
     }
 

@@ -63,6 +63,61 @@ pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::Depth
     }
 }
 
+/// A pipeline that draws triangles, seen from both sides, with `samples` samples a pixel.
+pub(super) fn render_pipeline(
+    device: &wgpu::Device,
+    label: &str,
+    layout: Option<&wgpu::PipelineLayout>,
+    vertex: wgpu::VertexState<'_>,
+    depth_stencil: Option<wgpu::DepthStencilState>,
+    samples: u32,
+    fragment: Option<wgpu::FragmentState<'_>>,
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout,
+        vertex,
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil,
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+        fragment,
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// Begins a pass without colours.
+pub(super) fn depth_pass<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    label: &str,
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<f32>,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    occlusion_query_set: Option<&wgpu::QuerySet>,
+) -> wgpu::RenderPass<'e> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view,
+            depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes,
+        occlusion_query_set,
+        multiview_mask: None,
+    })
+}
+
+/// The constant of the vertex shaders that read polygons: the length of a chunk.
+pub(super) fn with_chunk_len<'a>(
+    vertex: wgpu::VertexState<'a>,
+    constants: &'a [(&'a str, f64)],
+) -> wgpu::VertexState<'a> {
+    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+    wgpu::VertexState { compilation_options, ..vertex }
+}
+
 /// An uninitialised buffer of this many bytes.
 pub(super) fn buffer(
     device: &wgpu::Device,

@@ -51,26 +51,11 @@ impl Gpu {
         }
     }
 
-    /// Opens the best adapter that can show pictures on `surface`.
+    /// Opens the best adapter; if there is a `surface`, the best that can show pictures on it.
     ///
     /// # Errors
     /// The system has no adapter, or none with the required capabilities.
-    pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, RenderError> {
-        pollster::block_on(Self::open(instance, Some(surface)))
-    }
-
-    /// Does the same as [`Gpu::for_surface`], for a caller that cannot wait, such as a page in a browser.
-    ///
-    /// # Errors
-    /// The system has no adapter, or none with the required capabilities.
-    pub async fn for_surface_later(
-        instance: wgpu::Instance,
-        surface: &wgpu::Surface<'_>,
-    ) -> Result<Self, RenderError> {
-        Self::open(instance, Some(surface)).await
-    }
-
-    async fn open(
+    pub async fn open(
         instance: wgpu::Instance,
         surface: Option<&wgpu::Surface<'_>>,
     ) -> Result<Self, RenderError> {

@@ -18,7 +18,10 @@
 //! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame). The painter depends on the tree
 //! [`Bsp`](osp_rivals::Bsp). Nothing here depends on another index.
 
-#![allow(missing_docs, reason = "a name without a comment says all: no unit, space, bound or error is to add")]
+#![allow(
+    missing_docs,
+    reason = "a name without a comment says all: no unit, space, bound or error is to add"
+)]
 
 mod backdrop;
 mod chunks;

@@ -109,17 +109,15 @@ impl LightPass {
             let write_mask = if writes_depth { wgpu::ColorWrites::empty() } else { wgpu::ColorWrites::ALL };
             let blend = (!writes_depth).then(sum);
             let target = wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(fragment),
-                layout: Some(&descriptors::pipeline_layout(device, fragment, groups)),
-                vertex: descriptors::vertex(&module, "vertex"),
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, writes_depth)),
-                multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-                fragment: Some(descriptors::fragment(&module, fragment, &[Some(target)])),
-                multiview_mask: None,
-                cache: None,
-            })
+            descriptors::render_pipeline(
+                device,
+                fragment,
+                Some(&descriptors::pipeline_layout(device, fragment, groups)),
+                descriptors::vertex(&module, "vertex"),
+                Some(descriptors::depth(wgpu::CompareFunction::Always, writes_depth)),
+                SAMPLES,
+                Some(descriptors::fragment(&module, fragment, &[Some(target)])),
+            )
         };
         Self {
             depth: pipeline("depth", &[Some(&depth_layout)], true),

@@ -194,14 +194,14 @@ fn create_pipeline(
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
     };
+    let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
+    let target = wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask: wgpu::ColorWrites::ALL };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("lines"),
         layout: Some(layout),
         vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
             buffers: &[Some(vertex_layout)],
+            ..descriptors::vertex(module, "vertex")
         },
         primitive: wgpu::PrimitiveState { topology, ..Default::default() },
         depth_stencil: Some(descriptors::depth(
@@ -212,16 +212,7 @@ fn create_pipeline(
             false,
         )),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("fragment"),
-            compilation_options: Default::default(),
-            targets: &[Some(wgpu::ColorTargetState {
-                format: COLOR_FORMAT,
-                blend: Some(wgpu::BlendState::ALPHA_BLENDING),
-                write_mask: wgpu::ColorWrites::ALL,
-            })],
-        }),
+        fragment: Some(descriptors::fragment(module, "fragment", &[Some(target)])),
         multiview_mask: None,
         cache: None,
     })

@@ -1,16 +1,16 @@
 use std::{ops::Add, sync::Arc};
 
 use super::{
-    Colors, DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder,
+    DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder,
     OrderCounts, Overdraw, PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target,
     ViewSlot,
 };
 use osp::{
     frame::{Stage, StageClock},
-    polygon::{Change, PolygonId},
+    polygon::PolygonId,
     view::View,
 };
-use osp_session::{recording::Environment, scene::Scene};
+use osp_session::scene::Scene;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTimes {
@@ -54,7 +54,8 @@ struct Sight {
 /// Draws without a window, one frame at a time, and waits for each frame.
 #[derive(Debug)]
 pub struct Offscreen {
-    renderer: Renderer,
+    /// Keeps the polygons of all views. Call [`Renderer::follow`] with the changes of every frame, drawn or not.
+    pub renderer: Renderer,
     sights: Vec<Sight>,
     last: usize,
     clock: StageClock,
@@ -93,10 +94,6 @@ impl Offscreen {
         let timer = GpuTimer::new(&self.renderer.gpu);
         self.sights.push(Sight { slot: self.renderer.create_view_slot(), target, timer });
         Ok(self.sights.len() - 1)
-    }
-
-    pub fn gpu(&self) -> &Gpu {
-        &self.renderer.gpu
     }
 
     /// Width divided by height of the first view's pictures.
@@ -161,35 +158,6 @@ impl Offscreen {
     pub fn set_light_budget_of(&mut self, number: usize, has_budget: bool) {
         let Sight { slot, target, .. } = &mut self.sights[number];
         self.renderer.set_light_budget(slot, has_budget.then(|| target.size()));
-    }
-
-    /// Sets light and sky; see [`Renderer::set_environment`].
-    pub fn set_environment(&mut self, environment: Option<&Environment>) {
-        self.renderer.set_environment(environment);
-    }
-
-    pub fn set_colors(&mut self, colors: Colors) {
-        self.renderer.set_colors(colors);
-    }
-
-    /// Sets the time of animated brushes, seconds.
-    pub fn set_time(&mut self, time_s: f32) {
-        self.renderer.set_time(time_s);
-    }
-
-    /// Records changes of the scene. Call it with the changes of every frame, including frames that are not drawn.
-    pub fn follow(&mut self, changes: &[Change]) {
-        self.renderer.follow(changes);
-    }
-
-    /// Drops the polygons from number `count` on, after the scene was reset to its first `count` polygons; see
-    /// [`Renderer::forget_from`].
-    pub fn forget_from(&mut self, count: usize) {
-        self.renderer.forget_from(count);
-    }
-
-    pub fn polygon_memory_bytes(&self) -> u64 {
-        self.renderer.bytes()
     }
 
     /// Draws a frame of the first view and waits for the GPU. A view whose aspect differs from the picture's is
@@ -296,11 +264,6 @@ impl Offscreen {
         self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
 
-    /// Sets whether every polygon is drawn solid in its plain colour; see [`Renderer::set_solid`].
-    pub fn set_solid(&mut self, is_solid: bool) {
-        self.renderer.set_solid(is_solid);
-    }
-
     /// Draws a painter's list in the first view and waits for the GPU. Each part is drawn over the parts before it,
     /// without a depth test. Parts are opaque, in the plain colour of their polygon.
     pub fn draw_parts(
@@ -346,10 +309,6 @@ impl Offscreen {
     /// # Panics
     /// The view does not exist.
     pub fn image_of(&self, number: usize) -> Result<Image, RenderError> {
-        self.sights[number].target.image(self.gpu())
-    }
-
-    pub fn renderer(&self) -> &Renderer {
-        &self.renderer
+        self.sights[number].target.image(&self.renderer.gpu)
     }
 }

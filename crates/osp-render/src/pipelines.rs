@@ -214,29 +214,18 @@ fn create(
     };
     let of_state = |(blend, write_mask)| wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
     let targets = [state.map(of_state)];
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(label),
-        layout: Some(shader.layout),
-        vertex: wgpu::VertexState {
-            module: shader.module,
-            entry_point: Some(vertex),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &constants,
-                ..Default::default()
-            },
-            buffers: &[],
-        },
-        // Both sides of a polygon are visible, so no back faces are culled.
-        primitive: wgpu::PrimitiveState::default(),
-        // At equal depth the later polygon wins. Culling does not change the order of the remaining polygons.
-        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, hides)),
-        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: fragment.map(|entry_point| {
-            descriptors::fragment(shader.module, entry_point, if state.is_some() { &targets } else { &[] })
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let targets = if state.is_some() { &targets[..] } else { &[] };
+    // Both sides of a polygon are visible, so no back faces are culled. At equal depth the later polygon wins. Culling
+    // does not change the order of the remaining polygons.
+    descriptors::render_pipeline(
+        &gpu.device,
+        label,
+        Some(shader.layout),
+        descriptors::with_chunk_len(descriptors::vertex(shader.module, vertex), &constants),
+        Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, hides)),
+        SAMPLES,
+        fragment.map(|entry| descriptors::fragment(shader.module, entry, targets)),
+    )
 }
 
 /// Adds colours to those of the target.
@@ -257,15 +246,8 @@ pub(super) fn of_whole_picture(
     fragment: &'static str,
     target: wgpu::ColorTargetState,
 ) -> wgpu::RenderPipeline {
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
-        layout: Some(layout),
-        vertex: descriptors::vertex(module, "vertex"),
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(descriptors::fragment(module, fragment, &[Some(target)])),
-        multiview_mask: None,
-        cache: None,
-    })
+    let vertex = descriptors::vertex(module, "vertex");
+    let targets = [Some(target)];
+    let stage = descriptors::fragment(module, fragment, &targets);
+    descriptors::render_pipeline(&gpu.device, fragment, Some(layout), vertex, None, 1, Some(stage))
 }

@@ -122,40 +122,7 @@ impl Target {
         encoder: &'e mut wgpu::CommandEncoder,
         timestamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
-        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("depth"),
-            color_attachments: &[],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(wgpu::Operations { load: FARTHEST, store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: timestamps,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        })
-    }
-}
-
-impl Target {
-    /// Begins a pass of occlusion queries against the stored depth. The pass changes no texture.
-    pub(super) fn begin_queries<'e>(
-        &self,
-        encoder: &'e mut wgpu::CommandEncoder,
-        set: &wgpu::QuerySet,
-    ) -> wgpu::RenderPass<'e> {
-        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("occlusion queries"),
-            color_attachments: &[],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: Some(set),
-            multiview_mask: None,
-        })
+        descriptors::depth_pass(encoder, "depth", &self.depth, FARTHEST, timestamps, None)
     }
 }
 

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     DrawOrder, Gpu,
-    descriptors::bind_group,
+    descriptors::{bind_group, depth_pass},
     read_ring::{ReadRing, SLOTS},
     run::{CLUSTER, Handle},
 };
@@ -205,7 +205,9 @@ impl Queries {
         let count = self.asked.len() as u32;
         for (set, first) in self.sets.iter().zip((0..count).step_by(SET as usize)) {
             let of_set = (count - first).min(SET);
-            let mut pass = frame.target.begin_queries(encoder, set);
+            // The pass tests against the stored depth, and changes no texture.
+            let (depth, load) = (&frame.target.depth, wgpu::LoadOp::Load);
+            let mut pass = depth_pass(encoder, "occlusion queries", depth, load, None, Some(set));
             pass.set_pipeline(&pipelines.boxes);
             pass.set_bind_group(0, &*boxes, &[]);
             for i in 0..of_set {

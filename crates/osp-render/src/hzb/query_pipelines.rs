@@ -18,17 +18,11 @@ impl QueryPipelines {
         let boxes_layout = descriptors::bind_layout(device, "boxes", &bindings);
         let module = descriptors::module(device, "boxes", shaders::QUERY_BOX);
         let pipeline_layout = descriptors::pipeline_layout(device, "boxes", &[Some(&boxes_layout)]);
-        let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("boxes"),
-            layout: Some(&pipeline_layout),
-            vertex: descriptors::vertex(&module, "vertex"),
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
-            multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-            fragment: None,
-            multiview_mask: None,
-            cache: None,
-        });
+        let vertex = descriptors::vertex(&module, "vertex");
+        let depth = Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false));
+        let layout_of_boxes = Some(&pipeline_layout);
+        let boxes =
+            descriptors::render_pipeline(device, "boxes", layout_of_boxes, vertex, depth, SAMPLES, None);
         let apply_layout = {
             use Bound::{Read, Span, Write};
             layout(gpu, "queries", &[Span, Read, Read, Read, Write, Write])

@@ -14,6 +14,7 @@ use crate::{
     formats::{DEPTH_FORMAT, SAMPLES},
     read_back::{read_buffer, read_buffer_later},
     shaders,
+    target::FARTHEST,
 };
 
 /// Side of the measured picture, pixels.
@@ -70,18 +71,7 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let group = bind_group(&gpu.device, "places of samples", &read_layout, &resources);
 
     let mut encoder = device.create_command_encoder(&Default::default());
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("places of samples"),
-        color_attachments: &[],
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: &view,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-            stencil_ops: None,
-        }),
-        timestamp_writes: None,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    });
+    let mut pass = descriptors::depth_pass(&mut encoder, "places of samples", &view, FARTHEST, None, None);
     pass.set_pipeline(&growing_depth(gpu));
     pass.draw(0..3, axis..axis + 1);
     drop(pass);
@@ -96,17 +86,9 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
 
 fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
     let module = descriptors::module(&gpu.device, "places of samples", shaders::SAMPLE_PLACES);
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("places of samples"),
-        layout: None,
-        vertex: descriptors::vertex(&module, "grow"),
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, true)),
-        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: None,
-        multiview_mask: None,
-        cache: None,
-    })
+    let vertex = descriptors::vertex(&module, "grow");
+    let depth = Some(descriptors::depth(wgpu::CompareFunction::Always, true));
+    descriptors::render_pipeline(&gpu.device, "places of samples", None, vertex, depth, SAMPLES, None)
 }
 
 #[cfg(test)]

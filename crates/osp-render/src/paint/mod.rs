@@ -155,16 +155,10 @@ fn create_sky(
     module: &wgpu::ShaderModule,
     layout: &wgpu::PipelineLayout,
 ) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("sky"),
-        layout: Some(layout),
-        vertex: descriptors::vertex(module, "vertex_sky"),
-        primitive: wgpu::PrimitiveState::default(),
-        // The sky is at the greatest distance, so it is hidden by pixels whose depth a pass without colours has written.
-        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
-        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: Some(descriptors::fragment(module, "fragment_sky", &[Some(COLOR_FORMAT.into())])),
-        multiview_mask: None,
-        cache: None,
-    })
+    // The sky is at the greatest distance, so it is hidden by pixels whose depth a pass without colours has written.
+    let depth = Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false));
+    let vertex = descriptors::vertex(module, "vertex_sky");
+    let targets = [Some(COLOR_FORMAT.into())];
+    let fragment = Some(descriptors::fragment(module, "fragment_sky", &targets));
+    descriptors::render_pipeline(device, "sky", Some(layout), vertex, depth, SAMPLES, fragment)
 }

@@ -188,21 +188,8 @@ impl Shadow {
 
     fn draw(&self, gpu: &Gpu, paint: &wgpu::BindGroup, on_gpu: &GpuScene) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("shadow"),
-            color_attachments: &[],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.map,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(1.0),
-                    store: wgpu::StoreOp::Store,
-                }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
+        let nothing = wgpu::LoadOp::Clear(1.0);
+        let mut pass = descriptors::depth_pass(&mut encoder, "shadow", &self.map, nothing, None, None);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.slot.bind_group, &[]);
         pass.set_bind_group(2, paint, &[]);
@@ -272,31 +259,19 @@ fn create_pipeline(
 ) -> wgpu::RenderPipeline {
     let layout = descriptors::pipeline_layout(&gpu.device, "shadow", &layouts.map(Some));
     let constants = [("CHUNK_LEN", chunk_len as f64)];
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("shadow"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("vertex_shadow"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &constants,
-                ..Default::default()
-            },
-            buffers: &[],
-        },
-        // Both sides of a polygon cast shadows.
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: wgpu::StencilState::default(),
-            // The bias keeps a surface that is steep to the light from casting a shadow on itself.
-            bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
-        }),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(descriptors::fragment(module, "fragment_shadow", &[])),
-        multiview_mask: None,
-        cache: None,
-    })
+    // The bias keeps a surface that is steep to the light from casting a shadow on itself. Both sides of a polygon cast
+    // shadows.
+    let depth = wgpu::DepthStencilState {
+        bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
+        ..descriptors::depth(wgpu::CompareFunction::Less, true)
+    };
+    descriptors::render_pipeline(
+        &gpu.device,
+        "shadow",
+        Some(&layout),
+        descriptors::with_chunk_len(descriptors::vertex(module, "vertex_shadow"), &constants),
+        Some(depth),
+        1,
+        Some(descriptors::fragment(module, "fragment_shadow", &[])),
+    )
 }

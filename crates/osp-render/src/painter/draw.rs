@@ -23,30 +23,22 @@ impl PartPass {
         let layout =
             descriptors::pipeline_layout(device, "painter", &[Some(view_layout), Some(scene.layout())]);
         let constants = [("CHUNK_LEN", scene.chunk_len() as f64)];
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("painter"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex_part"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                buffers: &[Some(wgpu::VertexBufferLayout {
-                    array_stride: size_of::<PartCorner>() as u64,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
-                })],
-            },
-            primitive: wgpu::PrimitiveState::default(),
+        let corners = [Some(wgpu::VertexBufferLayout {
+            array_stride: size_of::<PartCorner>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
+        })];
+        let vertex = wgpu::VertexState { buffers: &corners, ..descriptors::vertex(&module, "vertex_part") };
+        let pipeline = descriptors::render_pipeline(
+            device,
+            "painter",
+            Some(&layout),
+            descriptors::with_chunk_len(vertex, &constants),
             // The pass has a depth buffer, but neither tests nor writes it.
-            depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, false)),
-            multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-            fragment: Some(descriptors::fragment(&module, "fragment", &[Some(COLOR_FORMAT.into())])),
-            multiview_mask: None,
-            cache: None,
-        });
+            Some(descriptors::depth(wgpu::CompareFunction::Always, false)),
+            SAMPLES,
+            Some(descriptors::fragment(&module, "fragment", &[Some(COLOR_FORMAT.into())])),
+        );
         Self { pipeline }
     }
 

@@ -44,9 +44,7 @@ pub enum PainterError {
     #[error(
         "{polygons} polygons are in view: a painter draws at most {MOST_POLYGONS}; look at an earlier frame or a part of the model"
     )]
-    TooMany {
-        polygons: usize,
-    },
+    TooMany { polygons: usize },
 }
 
 pub const MOST_POLYGONS: usize = 250_000;

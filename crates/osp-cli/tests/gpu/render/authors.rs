@@ -33,10 +33,10 @@ fn polygons_are_drawn_in_the_colours_of_their_authors_and_in_their_own_again() {
     }
     let changes = apply(&mut scene, &events);
     let mut drawer = drawer(&gpu, SIZE);
-    drawer.follow(&changes);
+    drawer.renderer.follow(&changes);
     let view = view_from(Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO);
     let mut colors = |choice| {
-        drawer.set_colors(choice);
+        drawer.renderer.set_colors(choice);
         let image = picture(&mut drawer, &scene, &view);
         let at = |x: u32| bright(pixel(&image, x, SIZE.1 / 2));
         [at(50), at(110)]

@@ -141,7 +141,7 @@ fn where_nothing_is_merged_the_picture_is_the_same() {
     // Switched off, it leaves nothing behind.
     let scene = scene_of(&sketch());
     let (_, expected) = drawn(&mut detailed(&gpu, false), &scene, &view);
-    auto.forget_from(0);
+    auto.renderer.forget_from(0);
     drawn(&mut auto, &scene, &view);
     auto.set_detail(false);
     assert_eq!(drawn(&mut auto, &scene, &view).1.differing_pixels(&expected), 0);
@@ -157,7 +157,7 @@ fn merged_polygons_follow_every_change() {
     let mut step = |scene: &mut Scene, events: &[Event], what: &str| {
         let mut changes: Vec<Change> = Vec::new();
         scene.apply_all(events, &mut changes);
-        auto.follow(&changes);
+        auto.renderer.follow(&changes);
         let (times, found) = drawn(&mut auto, scene, &view);
         let (fresh, expected) = drawn(&mut detailed(&gpu, true), scene, &view);
         assert_eq!(found.differing_pixels(&expected), 0, "{what}");
@@ -190,7 +190,7 @@ fn a_replay_that_goes_back_drops_merged_polygons() {
     let mut auto = detailed(&gpu, true);
     drawn(&mut auto, &scene_of(&events), &view);
     for scene in [before.clone(), other] {
-        auto.forget_from(before.polygon_count());
+        auto.renderer.forget_from(before.polygon_count());
         let (times, found) = drawn(&mut auto, &scene, &view);
         let (fresh, expected) = drawn(&mut detailed(&gpu, true), &scene, &view);
         assert_eq!((times.listed, found.differing_pixels(&expected)), (fresh.listed, 0));

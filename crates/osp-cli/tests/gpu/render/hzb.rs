@@ -57,13 +57,13 @@ impl Pair {
     }
 
     pub(crate) fn set_environment(&mut self, environment: &Environment) {
-        self.culled.set_environment(Some(environment));
-        self.whole.set_environment(Some(environment));
+        self.culled.renderer.set_environment(Some(environment));
+        self.whole.renderer.set_environment(Some(environment));
     }
 
     pub(crate) fn follow(&mut self, changes: &[Change]) {
-        self.culled.follow(changes);
-        self.whole.follow(changes);
+        self.culled.renderer.follow(changes);
+        self.whole.renderer.follow(changes);
     }
 
     /// Pixels that differ, and the picture without culling.

@@ -93,8 +93,8 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
             moment.note(event);
             scene.apply(event, &mut changes);
         }
-        eyes.culled.follow(&changes);
-        eyes.whole.follow(&changes);
+        eyes.culled.renderer.follow(&changes);
+        eyes.whole.renderer.follow(&changes);
         let view = camera.view(&moment).with_aspect(eyes.whole.aspect());
         // Which polygons may hide others, they learn from frame to frame.
         for (_, pipeline) in &mut by_occlusion {

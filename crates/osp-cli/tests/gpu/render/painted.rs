@@ -75,7 +75,7 @@ fn scene_of(events: &[Event]) -> Scene {
 /// A drawer with that light.
 pub(crate) fn lit(gpu: &Arc<Gpu>, size: (u32, u32)) -> Offscreen {
     let mut drawer = drawer(gpu, size);
-    drawer.set_environment(Some(&environment()));
+    drawer.renderer.set_environment(Some(&environment()));
     drawer
 }
 
@@ -143,7 +143,7 @@ fn the_sky_is_a_gradient_and_a_floor_hides_it() {
     let mut drawer = lit(&gpu, SIZE);
     let scene = Scene::new();
     let mut draw = |environment: &Environment, view: &View| {
-        drawer.set_environment(Some(environment));
+        drawer.renderer.set_environment(Some(environment));
         let image = picture(&mut drawer, &scene, view);
         [0, SIZE.1 - 1].map(|y| pixel::<3>(&image, SIZE.0 / 2, y))
     };
@@ -172,7 +172,7 @@ fn things_stand_in_their_environments() {
     let mut middle = |preset: &str, floor: Option<Vec3>, eye: Vec3, target: Vec3| {
         let black = [Vec3::ZERO; 2];
         let environment = Environment { preset: preset.to_owned(), sky: black, floor, ..environment() };
-        drawer.set_environment(Some(&environment));
+        drawer.renderer.set_environment(Some(&environment));
         middle(&picture(&mut drawer, &scene, &view_from(eye, target)))[0]
     };
     // The moon, the bust and the pedestal stand half a metre in front of the origin. Each is compared with the sky beside it.
@@ -196,7 +196,7 @@ fn fog_lies_over_what_is_far_but_not_over_light() {
     let middle_of = |brush: &str, z: f32, environment: &Environment| {
         let scene = scene_of(&stroke(1, brush, RED, 0.3 * -z, line(Vec3::Z * z)));
         let mut drawer = lit(&gpu, SIZE);
-        drawer.set_environment(Some(environment));
+        drawer.renderer.set_environment(Some(environment));
         middle(&picture(&mut drawer, &scene, &ahead()))
     };
     let [near, far] = [-1.0, -2.0].map(|z| middle_of("Flat", z, &foggy));
@@ -223,12 +223,12 @@ fn lit_from_four_sides(gpu: &Arc<Gpu>, brush: &str) -> Vec<u32> {
     let ids = all_ids(&scene);
     assert!(ids.iter().any(|&id| scene.surface(id).is_facing()), "particles face the eye");
     let mut drawer = lit(gpu, SIZE);
-    drawer.set_environment(Some(&Environment { sky: [Vec3::ZERO; 2], ..environment() }));
+    drawer.renderer.set_environment(Some(&Environment { sky: [Vec3::ZERO; 2], ..environment() }));
     let mut lit = Vec::new();
     for eye in [Vec3::Z, Vec3::X, Vec3::new(0.5, 0.7, -0.5), Vec3::new(0.0, -1.0, 0.01)] {
         let view = view_from(eye * 3.0, Vec3::ZERO);
         for time_s in [0.1, 0.7] {
-            drawer.set_time(time_s);
+            drawer.renderer.set_time(time_s);
             let image = picture(&mut drawer, &scene, &view);
             let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
             for id in &ids {
@@ -310,7 +310,7 @@ fn a_picture_is_the_same_every_time_and_moves_with_time() {
     let view = view_from(Vec3::new(0.2, 0.3, 1.5), Vec3::ZERO);
     let mut one = lit(&gpu, SIZE);
     let draw = |drawer: &mut Offscreen, time_s| {
-        drawer.set_time(time_s);
+        drawer.renderer.set_time(time_s);
         picture(drawer, &scene, &view)
     };
     let first = draw(&mut one, 1.0);
@@ -327,7 +327,7 @@ fn what_no_brush_has_painted_looks_the_same_beside_paint() {
     let plain = {
         let scene = scene_of(&events);
         let mut drawer = lit(&gpu, SIZE);
-        drawer.set_environment(None);
+        drawer.renderer.set_environment(None);
         middle(&picture(&mut drawer, &scene, &ahead()))
     };
     let beside = middle(&drawn(&gpu, &events));

@@ -33,7 +33,7 @@ fn knot() -> Vec<Event> {
 
 fn solid(gpu: &Arc<Gpu>) -> Offscreen {
     let mut drawer = drawer(gpu, SIZE);
-    drawer.set_solid(true);
+    drawer.renderer.set_solid(true);
     drawer
 }
 

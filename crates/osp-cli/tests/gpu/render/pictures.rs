@@ -44,7 +44,7 @@ fn a_scene_that_grew_moved_and_shrank_looks_like_one_made_at_once() {
     steps.push(winding_stroke(100, osp_session::recording::Tool::Tube, 30, (1.0, 0.2, 0.2, 1.0)));
     for (number, events) in steps.iter().enumerate() {
         let changes = apply(&mut scene, events);
-        growing.follow(&changes);
+        growing.renderer.follow(&changes);
         // Some frames are not drawn; what changed in them must not be forgotten.
         if number % 3 == 2 || number + 6 > steps.len() {
             let ids = all_ids(&scene);
@@ -62,7 +62,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
     let mut scene = Scene::new();
     let mut drawer = drawer(&gpu, SIZE);
     let mut draw = |scene: &Scene, changes: &[osp::polygon::Change]| {
-        drawer.follow(changes);
+        drawer.renderer.follow(changes);
         drawer.draw(scene, &view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a frame").polygon_bytes
     };
     let changes = apply(&mut scene, &sketch());

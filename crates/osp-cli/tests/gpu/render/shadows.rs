@@ -39,7 +39,7 @@ fn view() -> View {
 
 fn lit(gpu: &Arc<Gpu>) -> Offscreen {
     let mut drawer = drawer(gpu, SIZE);
-    drawer.set_environment(Some(&environment()));
+    drawer.renderer.set_environment(Some(&environment()));
     drawer
 }
 
@@ -94,7 +94,7 @@ fn a_shadow_comes_and_goes_with_its_stroke() {
     let mut scene = Scene::new();
     let mut step = |events: &[Event]| {
         let changes = apply(&mut scene, events);
-        drawer.follow(&changes);
+        drawer.renderer.follow(&changes);
         let ids = all_ids(&scene);
         brightness(&drawn(&mut drawer, &scene, &ids))
     };

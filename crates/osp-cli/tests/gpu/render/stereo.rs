@@ -33,7 +33,7 @@ impl Stereo {
         let drawer = || {
             let mut drawer = Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &config).expect("a drawer");
             drawer.add_view(SIZE.0, SIZE.1).expect("a second view");
-            drawer.set_environment(Some(&environment()));
+            drawer.renderer.set_environment(Some(&environment()));
             match drawer.set_occlusion(occlusion) {
                 Err(error @ RenderError::NoOcclusion { .. }) if !osp_testkit::nothing_may_be_skipped() => {
                     eprintln!("skipped: {error}");
@@ -49,8 +49,8 @@ impl Stereo {
 
     /// Draws a frame and compares both pictures; what was drawn together, and alone.
     fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View; 2], what: &str) -> [DrawTimes; 2] {
-        self.together.follow(changes);
-        self.alone.follow(changes);
+        self.together.renderer.follow(changes);
+        self.alone.renderer.follow(changes);
         self.pipeline.frame_of_views(scene, changes, views);
         let layers: Vec<Layer<'_>> = self.pipeline.draw_lists().iter().map(Layer::plain).collect();
         let numbered = views.iter().zip(&layers).enumerate();

@@ -34,7 +34,7 @@ fn drawn(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
     let mut drawer = drawer(gpu, (SIDE, SIDE));
     let (sky, lights) = ([Vec3::ZERO; 2], Default::default());
     let light = Environment { sky, ambient: Vec3::ONE, lights, reflection: 0.0, ..painted::environment() };
-    drawer.set_environment(Some(&light));
+    drawer.renderer.set_environment(Some(&light));
     picture(&mut drawer, scene, view)
 }
 

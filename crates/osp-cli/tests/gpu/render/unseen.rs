@@ -56,7 +56,7 @@ fn a_square_that_was_moved_while_it_was_erased_is_drawn_where_it_is() {
     for (number, events) in frames.iter().enumerate() {
         let mut changes = Vec::new();
         scene.apply_all(events, &mut changes);
-        follower.follow(&changes);
+        follower.renderer.follow(&changes);
         drawn.push(compare(&gpu, &mut follower, &scene, &format!("frame {number}")));
     }
     assert!(drawn[0] > 100 && drawn[1] == 0 && drawn[2] > 100 && drawn[3] > 100, "{drawn:?}");
@@ -70,13 +70,13 @@ fn whatever_is_edited_the_picture_is_a_fresh_drawers() {
         let mut editor = Editor::new(seed);
         let (mut scene, mut follower) = (Scene::new(), drawer(&gpu));
         let changes = apply(&mut scene, &editor.start());
-        follower.follow(&changes);
+        follower.renderer.follow(&changes);
         picture(&mut follower, &scene);
         for frame in 0..40 {
             let mut changes: Vec<Change> = Vec::new();
             scene.free_unreachable();
             scene.apply_all(&editor.frame(), &mut changes);
-            follower.follow(&changes);
+            follower.renderer.follow(&changes);
             // Some frames are not drawn.
             if editor.below(3) > 0 {
                 shown += compare(&gpu, &mut follower, &scene, &format!("seed {seed}, frame {frame}"));
@@ -112,13 +112,13 @@ fn wherever_a_recording_is_entered_the_picture_is_a_fresh_drawers() {
         for round in 0..40 {
             if editor.below(2) == 0 {
                 let jump = player.seek(u64::from(editor.below(frames + 1))).expect("a replay");
-                follower.forget_from(jump.polygon_count);
+                follower.renderer.forget_from(jump.polygon_count);
                 let moved: Vec<Change> = jump.moved.into_iter().map(Change::Update).collect();
-                follower.follow(&moved);
+                follower.renderer.follow(&moved);
             } else {
                 let mut changes = Vec::new();
                 (0..editor.below(6)).for_each(|_| _ = player.step(&mut changes));
-                follower.follow(&changes);
+                follower.renderer.follow(&changes);
             }
             if editor.below(3) > 0 {
                 let when = format!(
@@ -168,9 +168,9 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
             let mut changes = Vec::new();
             scene.free_unreachable();
             scene.apply_all(events, &mut changes);
-            follower.follow(&changes);
+            follower.renderer.follow(&changes);
             compare(&gpu, follower, scene, &format!("{occlusion:?}"));
-            follower.polygon_memory_bytes()
+            follower.renderer.bytes()
         };
         let first = stacks(20, &mut number);
         assert_eq!(frame(&mut scene, &mut follower, &first), 20 * CHUNK_BYTES);
@@ -182,10 +182,10 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
         frame(&mut scene, &mut follower, &[]);
         assert_eq!(frame(&mut scene, &mut follower, &[]), 5 * CHUNK_BYTES);
         // A replay that is taken back to when they were there.
-        follower.forget_from(early.polygon_count());
+        follower.renderer.forget_from(early.polygon_count());
         let all: Vec<Change> =
             (0..early.polygon_count() as u32).map(|i| Change::Update(PolygonId(i))).collect();
-        follower.follow(&all);
+        follower.renderer.follow(&all);
         let mut scene = early;
         assert_eq!(frame(&mut scene, &mut follower, &[]), (20 + 3) * CHUNK_BYTES);
         assert_eq!(frame(&mut scene, &mut follower, &stacks(2, &mut number)), (20 + 3) * CHUNK_BYTES);

@@ -82,7 +82,7 @@ fn failed(error: osp_render::RenderError) -> PaperError {
 impl Drawer {
     /// Applies the changes of a frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
-        self.offscreen.follow(changes);
+        self.offscreen.renderer.follow(changes);
     }
 
     pub(super) fn draw(
