@@ -140,27 +140,3 @@ fn unpack_normal(word: u32) -> Vec3 {
     let unfold = |v: f32| if v >= 0.0 { v - back } else { v + back };
     Vec3::new(unfold(x), unfold(y), z).normalize_or(Vec3::Z)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_packed_comes_back() {
-        let normals = [Vec3::X, Vec3::new(1.0, -2.0, -3.0), Vec3::NEG_Z, Vec3::new(-0.2, 0.1, 0.9)];
-        let uv = [Vec2::ZERO, Vec2::new(0.25, 1.0), Vec2::new(7.5, -3.0), Vec2::new(100.0, 0.0)];
-        let surface = Surface::smooth(normals, uv, [0.0, 0.5, 1.0, 2.0]);
-        for (i, normal) in normals.iter().enumerate() {
-            let unpacked = surface.normal(i).expect("smooth");
-            assert!(unpacked.distance(normal.normalize()) < 1.0e-4, "{normal} became {unpacked}");
-            assert!(surface.uv(i).distance(uv[i].min(Vec2::splat(UV_LIMIT))) < 5.0e-4);
-        }
-        assert_eq!([0, 1, 2, 3].map(|i| (surface.alpha(i) * 255.0).round()), [0.0, 128.0, 255.0, 255.0]);
-        let turned = surface.with_corners([1, 2, 3, 3]);
-        assert_eq!((turned.uv(0), turned.normal(2)), (surface.uv(1), surface.normal(3)));
-        let facing = Surface::facing(1.25, uv, 0.5);
-        assert!(facing.is_facing() && facing.normal(0).is_none());
-        assert_eq!(facing.with_corners([0, 1, 2, 2]).roll_radians(), 1.25);
-        assert_eq!(Surface::PLAIN.normal(0), None);
-    }
-}

@@ -70,35 +70,3 @@ impl RoomPlace {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_head_of_the_room_is_where_the_eye_is_and_the_front_where_it_looks() {
-        let rig = Rig::open("dual-wall").expect("a shipped rig");
-        for (yaw, pitch) in
-            [(0.0, 0.0), (0.7, -0.4), (-0.7, 0.4), (3.0, 0.2), (-3.1, -1.0), (std::f32::consts::PI, 0.0)]
-        {
-            let look = Quat::from_rotation_y(yaw) * Quat::from_rotation_x(pitch);
-            let eye = Vec3::new(5.0, 2.0, -3.0);
-            let place = RoomPlace::around(&rig, eye, look);
-            assert_eq!(place.to_world(rig.head), eye);
-            let front = place.to_world(rig.head + Vec3::NEG_Z) - eye;
-            assert!(
-                front.distance(rotate(Quat::from_rotation_y(yaw), Vec3::NEG_Z)) < 1.0e-5,
-                "{yaw}: {front}"
-            );
-            let p = Vec3::new(0.3, 1.1, -0.8);
-            assert!(place.to_room(place.to_world(p)).distance(p) < 1.0e-5);
-            let back_and_forth = place.turn_to_world(place.turn_to_room(look));
-            assert!(back_and_forth.dot(look).abs() > 1.0 - 1.0e-5);
-            // Only the pitch of the viewing direction remains.
-            let seen = rotate(place.turn_to_room(look), Vec3::NEG_Z);
-            assert!(seen.distance(rotate(Quat::from_rotation_x(pitch), Vec3::NEG_Z)) < 1.0e-5);
-        }
-        let down = RoomPlace::around(&rig, Vec3::ZERO, Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2));
-        assert!(down.to_world(rig.head + Vec3::Y).distance(Vec3::Y) < 1.0e-5);
-    }
-}

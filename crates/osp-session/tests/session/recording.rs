@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+mod alteration;
 mod authors;
+mod camera;
 mod damage;
 mod events;
 mod format;

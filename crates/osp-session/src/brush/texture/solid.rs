@@ -90,38 +90,3 @@ fn find(brush: &Brush) -> Option<Box<Solid>> {
     }
     solid.iter().any(|column| *column != 0).then_some(solid)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_marker_is_solid_in_its_middle_and_a_taper_not_at_its_tip() {
-        let find = |name| brush::find(name).expect("a brush of the table");
-        let (low, high) = solid_across(find("Marker"), (0.2, 0.4), (0.0, 1.0)).expect("a solid middle");
-        assert!(low < 0.2 && high > 0.8 && low > 0.0 && high < 1.0, "{low} to {high}");
-        let taper = find("TaperedMarker");
-        let widest = solid_across(taper, (0.1, 0.2), (0.0, 1.0)).map_or(0.0, |(low, high)| high - low);
-        let thin = solid_across(taper, (0.7, 0.8), (0.0, 1.0)).map_or(0.0, |(low, high)| high - low);
-        assert!(widest > 0.7 && thin < 0.6, "{widest}, {thin}");
-        assert_eq!(solid_across(taper, (0.9, 1.0), (0.0, 1.0)), None);
-        assert_eq!(solid_across(find("Light"), (0.4, 0.5), (0.0, 1.0)), None, "light hides nothing");
-    }
-
-    #[test]
-    fn what_is_solid_has_no_hole() {
-        for brush in brush::all().iter().filter(|brush| brush.draw == Draw::Cutout) {
-            let Some(picture) = brush.picture else { continue };
-            for i in 0..32 {
-                let u = (i as f32 / 32.0, (i + 1) as f32 / 32.0);
-                let Some((low, high)) = solid_across(brush, u, (0.0, 1.0)) else { continue };
-                for k in 0..=20 {
-                    let (u, v) = (u.0 + (u.1 - u.0) * 0.37, low + (high - low) * k as f32 / 20.0);
-                    let texel = |x: f32| ((x * SIDE as f32).floor().min(127.0) + 0.5) / SIDE as f32;
-                    let alpha = picture.texel(texel(u), texel(v))[3];
-                    assert!(alpha > brush.cutoff, "{} at {u}, {v}: {alpha}", brush.name);
-                }
-            }
-        }
-    }
-}
