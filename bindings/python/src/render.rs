@@ -130,8 +130,8 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     drop(model);
     let mut drawer = Offscreen::on(gpu, size.0, size.1, &config).map_err(undrawn)?;
     drawer.set_occlusion(occlusion.while_drawing()).map_err(undrawn)?;
-    drawer.set_environment(header.environment.as_deref());
-    drawer.set_time(*time_s);
+    drawer.renderer.set_environment(header.environment.as_deref());
+    drawer.renderer.set_time(*time_s);
     let camera = settings.camera(
         &header,
         (&summary.bounds, &whole),
@@ -150,7 +150,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let mut signals = Signals::new();
     while player.frames() <= wanted && player.step().map_err(failed)? {
         let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
-        drawer.follow(changes);
+        drawer.renderer.follow(changes);
         if moment.frame == wanted {
             let view = camera(&moment);
             pipeline.frame(scene, changes, &view);

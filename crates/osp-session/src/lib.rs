@@ -16,7 +16,10 @@
 //! | [`export`] | binary glTF, `.tilt` |
 //! | [`atomic_file`], [`output_file`], [`small_file`], [`platform`] | files, on a disk and on a page |
 
-#![allow(missing_docs, reason = "a name without a comment says all: no unit, space, bound or error is to add")]
+#![allow(
+    missing_docs,
+    reason = "a name without a comment says all: no unit, space, bound or error is to add"
+)]
 
 #[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]
 pub mod atomic_file;

@@ -31,6 +31,29 @@ impl RecordingError {
     }
 }
 
+/// The expected form of a part of a file, and what was found instead.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Mismatch {
+    pub(super) expected: String,
+    pub(super) found: String,
+}
+
+impl Mismatch {
+    pub(super) fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self { expected: expected.into(), found: found.into() }
+    }
+
+    /// The error of a part that no line or byte locates.
+    pub(super) fn in_file(self, path: &Path) -> RecordingError {
+        RecordingError::Unknown { path: path.to_owned(), expected: self.expected, found: self.found }
+    }
+
+    /// The error of a line of a text file.
+    pub(super) fn in_line(self, path: &Path, line: u64) -> RecordingError {
+        RecordingError::Line { path: path.to_owned(), line, expected: self.expected, found: self.found }
+    }
+}
+
 /// The option that raises [`Limits::polygons`](super::Limits::polygons), and with it the limits computed from this
 /// limit.
 const MAX_POLYGONS: &str = "--max-polygons N";

@@ -7,7 +7,7 @@ use super::{Camera, ron_line};
 impl fmt::Display for Camera {
     /// Writes the camera as in a recording's header. The text can be read back without loss.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&ron_line::camera_text(self).map_err(|_| fmt::Error)?)
+        f.write_str(&ron_line::options().to_string(self).map_err(|_| fmt::Error)?)
     }
 }
 
@@ -16,46 +16,11 @@ impl FromStr for Camera {
 
     /// Reads a camera as in a recording's header: `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`.
     fn from_str(text: &str) -> Result<Self, String> {
-        let camera = ron_line::parse_camera(text)?;
+        let camera: Self = ron_line::options().from_str(text).map_err(|e| {
+            let expected = ron_line::explain(text, &e).expected;
+            format!("expected a camera, `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`: {expected}")
+        })?;
         camera.check().map_err(|expected| format!("expected {expected}"))?;
         Ok(camera)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::{Quat, Vec3};
-
-    #[test]
-    fn a_camera_is_read_as_it_was_written() {
-        let near = Camera {
-            p: Vec3::new(0.1, -2.0e-7, 3.0e6),
-            q: Quat::from_xyzw(0.1, 0.2, 0.3, 0.927_361_85),
-            fov_degrees: 55.000_004,
-            near_m: Some(0.012_345_67),
-        };
-        for camera in [near, Camera { near_m: None, ..near }] {
-            assert_eq!(camera.to_string().parse(), Ok(camera));
-        }
-        let by_hand = "(p: (0, 1.6, 3), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0.1)".parse::<Camera>();
-        assert_eq!(by_hand.map(|camera| (camera.p.y, camera.near_m)), Ok((1.6, Some(0.1))));
-    }
-
-    #[test]
-    fn what_is_no_camera_is_refused_with_what_was_expected() {
-        for (text, expected) in [
-            ("", "expected a camera"),
-            ("whole", "expected a camera"),
-            ("(p: (0, 0, 0), q: (0, 0, 0, 1))", "fov_degrees"),
-            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 180)", "between 0 and 180"),
-            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: NaN)", "between 0 and 180"),
-            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0)", "positive near distance"),
-            ("(p: (0, inf, 0), q: (0, 0, 0, 1), fov_degrees: 60)", "expected"),
-            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60) and more", "expected a camera"),
-        ] {
-            let refused = text.parse::<Camera>().expect_err(text);
-            assert!(refused.contains(expected), "{text}: {refused}");
-        }
     }
 }

@@ -1,12 +1,19 @@
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use crate::platform::fs::{File, OpenOptions as FileOptions};
-use crate::platform::zstd;
-
 use super::{
-    Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonReader,
+    Header, Limits, MAX_LINE_BYTES, OpenOptions, RecordingError, RonReader,
+    error::Mismatch,
+    input::{Input, InputFile},
     ron_line::{is_blank, parse_event},
+    unpacked::Unpacked,
+};
+use crate::{
+    atomic_file::AtomicFile,
+    platform::{
+        fs::{File, OpenOptions as FileOptions},
+        zstd,
+    },
 };
 
 /// The output file of a [`RonWriter`](super::RonWriter), compressed if its name ends in `.zst`.
@@ -29,15 +36,12 @@ impl std::fmt::Debug for Kind {
 
 impl RecordingFile {
     pub(super) fn create(path: &Path) -> Result<Self, RecordingError> {
-        if is_compressed_name(path) {
-            return compressed::create(path);
-        }
-        File::create(path).map(|file| Self(Kind::Plain(file))).map_err(|e| RecordingError::io(path, e))
+        File::create(path).and_then(|file| Self::over(file, path)).map_err(|e| RecordingError::io(path, e))
     }
 
     /// Writes a recording to an open file, compressed if `name` ends in `.zst`.
     pub fn over(file: File, name: &Path) -> io::Result<Self> {
-        if is_compressed_name(name) { compressed::encode(file) } else { Ok(Self(Kind::Plain(file))) }
+        if is_compressed_name(name) { encode(file) } else { Ok(Self(Kind::Plain(file))) }
     }
 
     /// Writes the end mark of compressed data.
@@ -82,7 +86,7 @@ fn is_compressed_name(path: &Path) -> bool {
 pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
     let io = |e| RecordingError::io(path, e);
     if is_compressed_name(path) {
-        return compressed::append(path);
+        return append_compressed(path);
     }
     let mut file = FileOptions::new().read(true).write(true).open(path).map_err(io)?;
     let header = RonReader::new(BufReader::new(&file), path, OpenOptions::default())?.header().clone();
@@ -126,12 +130,8 @@ impl LastLine {
                 end.lines += 1;
                 end.whole_bytes += line.len() as u64;
             } else if line.len() > MAX_LINE_BYTES {
-                return Err(RecordingError::Line {
-                    path: path.to_owned(),
-                    line: end.lines + 1,
-                    expected: format!("a line of at most {MAX_LINE_BYTES} bytes"),
-                    found: "a longer one".to_owned(),
-                });
+                let expected = format!("a line of at most {MAX_LINE_BYTES} bytes");
+                return Err(Mismatch::new(expected, "a longer one").in_line(path, end.lines + 1));
             } else {
                 break;
             }
@@ -154,82 +154,57 @@ impl LastLine {
     }
 }
 
-pub(super) use compressed::decoder;
+/// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. It bounds the memory
+/// that a malicious file can allocate.
+const WINDOW_LOG_MAX: u32 = 27;
 
-mod compressed {
-    use super::zstd::{
-        self,
-        stream::{read, write},
+/// No limits, because only the end of the recording is kept in memory.
+const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
+
+type Decoder = BufReader<Unpacked<zstd::stream::read::Decoder<'static, BufReader<InputFile>>>>;
+
+pub(super) fn decoder(input: Input<'_>, limits: &Limits) -> Result<Decoder, RecordingError> {
+    let open = || {
+        let file = input.open()?;
+        let packed = file.len()?;
+        let mut decoder = zstd::stream::read::Decoder::new(file)?;
+        decoder.window_log_max(WINDOW_LOG_MAX)?;
+        Ok(BufReader::with_capacity(1 << 16, Unpacked::new(decoder, packed, limits)))
     };
-    use super::{
-        BufReader, File, FileOptions, Header, Kind, LastLine, OpenOptions, Path, Read, RecordingError,
-        RecordingFile, RonReader, Write, io,
-    };
-    use crate::recording::{
-        Limits,
-        input::{Input, InputFile},
-        unpacked::Unpacked,
-    };
+    open().map_err(|e| RecordingError::io(input.path, e))
+}
 
-    use crate::atomic_file::AtomicFile;
+/// Starts a compressed frame at the file's current position.
+fn encode(file: File) -> io::Result<RecordingFile> {
+    let mut encoder = zstd::stream::write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
+    encoder.include_checksum(true)?;
+    Ok(RecordingFile(Kind::Compressed(Some(encoder))))
+}
 
-    /// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. It bounds the memory
-    /// that a malicious file can allocate.
-    const WINDOW_LOG_MAX: u32 = 27;
-
-    /// No limits, because only the end of the recording is kept in memory.
-    const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
-
-    type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<InputFile>>>>;
-
-    pub(in super::super) fn decoder(input: Input<'_>, limits: &Limits) -> Result<Decoder, RecordingError> {
-        let open = || {
-            let file = input.open()?;
-            let packed = file.len()?;
-            let mut decoder = read::Decoder::new(file)?;
-            decoder.window_log_max(WINDOW_LOG_MAX)?;
-            Ok(BufReader::with_capacity(1 << 16, Unpacked::new(decoder, packed, limits)))
+/// Appends a compressed frame. A file without its end mark, or with an incomplete last line, is first replaced by a
+/// file with the complete lines.
+fn append_compressed(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
+    let io = |e| RecordingError::io(path, e);
+    let header =
+        RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?.header().clone();
+    let end = LastLine::find(&mut decoder(Input::on_disk(path), &ANY)?, path)?;
+    if end.cut || end.torn_bytes > 0 {
+        let rewrite = || {
+            let mut beside = AtomicFile::create(path)?;
+            let mut copy = encode(beside.handle()?)?;
+            io::copy(
+                &mut decoder(Input::on_disk(path), &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
+                &mut copy,
+            )?;
+            copy.finish()?;
+            beside.commit()
         };
-        open().map_err(|e| RecordingError::io(input.path, e))
+        rewrite().map_err(io)?;
     }
-
-    /// Starts a compressed frame at the file's current position.
-    pub(super) fn encode(file: File) -> io::Result<RecordingFile> {
-        let mut encoder = write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
-        encoder.include_checksum(true)?;
-        Ok(RecordingFile(Kind::Compressed(Some(encoder))))
+    let file = FileOptions::new().append(true).open(path).map_err(io)?;
+    let mut file = encode(file).map_err(io)?;
+    if end.lacks_newline {
+        file.write_all(b"\n").map_err(io)?;
     }
-
-    pub(super) fn create(path: &Path) -> Result<RecordingFile, RecordingError> {
-        File::create(path).and_then(encode).map_err(|e| RecordingError::io(path, e))
-    }
-
-    /// Appends a compressed frame. A file without its end mark, or with an incomplete last line, is first replaced by a
-    /// file with the complete lines.
-    pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
-        let io = |e| RecordingError::io(path, e);
-        let header = RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?
-            .header()
-            .clone();
-        let end = LastLine::find(&mut decoder(Input::on_disk(path), &ANY)?, path)?;
-        if end.cut || end.torn_bytes > 0 {
-            let rewrite = || {
-                let mut beside = AtomicFile::create(path)?;
-                let mut copy = encode(beside.handle()?)?;
-                io::copy(
-                    &mut decoder(Input::on_disk(path), &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
-                    &mut copy,
-                )?;
-                copy.finish()?;
-                beside.commit()
-            };
-            rewrite().map_err(io)?;
-        }
-        let file = FileOptions::new().append(true).open(path).map_err(io)?;
-        let mut file = encode(file).map_err(io)?;
-        if end.lacks_newline {
-            file.write_all(b"\n").map_err(io)?;
-        }
-        Ok((file, header, end.lines))
-    }
+    Ok((file, header, end.lines))
 }

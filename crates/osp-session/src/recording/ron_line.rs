@@ -1,32 +1,18 @@
 //! Conversion between a line of a recording and a header or event, and messages about invalid lines.
 
-use std::fmt::Write as _;
 use std::str::Utf8Error;
 
 use ron::error::{Error as RonError, SpannedError};
 use ron::extensions::Extensions;
 
-use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
+use super::{Event, FORMAT_VERSION, Header, error::Mismatch, ron_scan};
 
 /// Number of characters of a damaged line in an error message.
 const EXCERPT_CHARS: usize = 80;
 
-/// The expected form of a line, and the text found instead.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) struct Mismatch {
-    pub(super) expected: String,
-    pub(super) found: String,
-}
-
-impl Mismatch {
-    fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self { expected: expected.into(), found: found.into() }
-    }
-}
-
 pub(super) const HEADER_EXPECTED: &str = "the header line `Header(format: 4, …)` of a recording";
 
-fn options() -> ron::Options {
+pub(super) fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
@@ -35,36 +21,31 @@ pub(super) fn is_blank(line: &str) -> bool {
     line.is_empty() || line.starts_with("//")
 }
 
+/// The reason why a line is not an event.
 #[derive(Debug)]
-pub(super) enum BadEvent {
-    /// The line cannot be parsed. The last line of a file may be incomplete.
-    Unreadable(Mismatch),
-    /// The line is a complete event with an invalid number.
-    Refused(Mismatch),
+pub(super) struct BadEvent {
+    /// Whether the line is a complete event with an invalid number. Otherwise the end of the file may have cut it.
+    pub(super) is_whole: bool,
+    pub(super) why: Mismatch,
 }
 
 impl BadEvent {
     pub(super) fn not_utf8(line: &[u8], error: Utf8Error) -> Self {
         let column = error.valid_up_to() + 1;
         let found = format!("other bytes in column {column}: {}", excerpt(&String::from_utf8_lossy(line)));
-        Self::Unreadable(Mismatch::new("UTF-8 text", found))
-    }
-
-    pub(super) fn into_mismatch(self) -> Mismatch {
-        match self {
-            Self::Unreadable(mismatch) | Self::Refused(mismatch) => mismatch,
-        }
+        Self { is_whole: false, why: Mismatch::new("UTF-8 text", found) }
     }
 }
 
 pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
+    let bad = |is_whole, why| BadEvent { is_whole, why };
     let event = match ron_scan::scan(line) {
         Some(event) => event,
-        None => options().from_str(line).map_err(|e| BadEvent::Unreadable(explain(line, &e)))?,
+        None => options().from_str(line).map_err(|e| bad(false, explain(line, &e)))?,
     };
     match event.check() {
         Ok(()) => Ok(event),
-        Err(expected) => Err(BadEvent::Refused(Mismatch::new(expected, excerpt(line)))),
+        Err(expected) => Err(bad(true, Mismatch::new(expected, excerpt(line)))),
     }
 }
 
@@ -87,10 +68,7 @@ pub(super) fn parse_header(line: &str) -> Result<Header, Mismatch> {
     }
     let probe: Probe = options().from_str(line).map_err(|e| explain(line, &e))?;
     if probe.format == 0 || probe.format > FORMAT_VERSION {
-        let expected = match FORMAT_VERSION {
-            1 => "a recording of format 1".to_owned(),
-            newest => format!("a recording of format 1 to {newest}"),
-        };
+        let expected = format!("a recording of format 1 to {FORMAT_VERSION}");
         let found = if probe.format == 0 { "format 0" } else { "a newer format" };
         return Err(Mismatch::new(expected, format!("{found}: {}", excerpt(line))));
     }
@@ -108,19 +86,6 @@ pub(super) fn write_header(line: &mut String, header: &Header) -> Result<(), ron
     Ok(())
 }
 
-/// Writes a camera as in a recording's header.
-pub(super) fn camera_text(camera: &Camera) -> Result<String, ron::Error> {
-    options().to_string(camera)
-}
-
-/// Parses a camera as in a recording's header, without a check of its numbers.
-pub(super) fn parse_camera(text: &str) -> Result<Camera, String> {
-    options().from_str(text).map_err(|e| {
-        let Mismatch { expected, .. } = explain(text, &e);
-        format!("expected a camera, `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`: {expected}")
-    })
-}
-
 pub(super) fn write_event(line: &mut String, event: &Event) -> Result<(), ron::Error> {
     options().to_writer(&mut *line, event)?;
     line.push('\n');
@@ -132,7 +97,7 @@ pub fn push_event(lines: &mut String, event: &Event) -> bool {
     write_event(lines, event).is_ok()
 }
 
-fn explain(line: &str, error: &SpannedError) -> Mismatch {
+pub(super) fn explain(line: &str, error: &SpannedError) -> Mismatch {
     let place = Place::of(line, error);
     let rest = || match place {
         Place::Start => excerpt(line),
@@ -143,10 +108,10 @@ fn explain(line: &str, error: &SpannedError) -> Mismatch {
         |outer: &Option<String>| outer.as_ref().map_or(String::new(), |outer| format!(" in `{outer}`"));
     match &error.code {
         RonError::NoSuchEnumVariant { expected, found, .. } => {
-            Mismatch::new(format!("one of {}", list(expected)), format!("`{}`", shorten(found)))
+            Mismatch::new(format!("one of {}", expected.join(", ")), format!("`{}`", shorten(found)))
         }
         RonError::NoSuchStructField { expected, found, outer } => Mismatch::new(
-            format!("one of the fields {}{}", list(expected), within(outer)),
+            format!("one of the fields {}{}", expected.join(", "), within(outer)),
             format!("`{}`", shorten(found)),
         ),
         RonError::MissingStructField { field, outer } => {
@@ -166,7 +131,7 @@ fn explain(line: &str, error: &SpannedError) -> Mismatch {
         RonError::ExpectedInteger => Mismatch::new("a whole number", rest()),
         RonError::Eof => Mismatch::new("a whole value", rest()),
         RonError::ExpectedIdentifier | RonError::SuggestRawIdentifier(_) => match place {
-            Place::Start => Mismatch::new(format!("one of {}", list(event_names())), rest()),
+            Place::Start => Mismatch::new(format!("one of {}", event_names().join(", ")), rest()),
             _ => Mismatch::new("a name", rest()),
         },
         RonError::IntegerOutOfBounds => Mismatch::new("a whole number from 0 to 4294967295", rest()),
@@ -212,15 +177,6 @@ fn event_names() -> &'static [&'static str] {
         Err(SpannedError { code: RonError::NoSuchEnumVariant { expected, .. }, .. }) => expected,
         _ => &[],
     }
-}
-
-fn list(names: &[&str]) -> String {
-    let mut text = String::new();
-    for (i, name) in names.iter().enumerate() {
-        // Writing into a String cannot fail.
-        let _ = write!(text, "{}{name}", if i == 0 { "" } else { ", " });
-    }
-    text
 }
 
 /// The beginning of a text in quotes, shortened, on one line.

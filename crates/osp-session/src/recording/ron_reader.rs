@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 
 use super::{
     AUTHORS_FORMAT, Event, EventSource, Header, MAX_LINE_BYTES, Notes, OpenOptions, Place, RecordingError,
+    error::Mismatch,
     members::{AuthorNumbers, Members},
     ron_line::{BadEvent, HEADER_EXPECTED, excerpt, is_blank, parse_event, parse_header},
 };
@@ -97,7 +98,7 @@ impl<R: BufRead> RonReader<R> {
                 State::Cut => {
                     self.damage(HEADER_EXPECTED, format!("compressed data that end after {}", excerpt(text)))
                 }
-                _ => self.damage(bad.expected, bad.found),
+                _ => bad.in_line(&self.path, self.line),
             });
         }
     }
@@ -189,7 +190,7 @@ impl<R: BufRead> RonReader<R> {
                     }
                     return Ok(Some(event));
                 }
-                Err(BadEvent::Unreadable(_)) if end == LineEnd::EndOfFile => {
+                Err(bad) if !bad.is_whole && end == LineEnd::EndOfFile => {
                     if self.state != State::Cut {
                         self.notes.warnings.push(format!(
                             "{}, line {}: the file ends inside this line; everything before was read",
@@ -199,10 +200,7 @@ impl<R: BufRead> RonReader<R> {
                     }
                     return Ok(None);
                 }
-                Err(bad) => {
-                    let bad = bad.into_mismatch();
-                    return Err(self.damage(bad.expected, bad.found));
-                }
+                Err(bad) => return Err(bad.why.in_line(&self.path, self.line)),
             }
         }
     }
@@ -223,12 +221,7 @@ impl<R: BufRead> RonReader<R> {
     }
 
     fn damage(&self, expected: impl Into<String>, found: impl Into<String>) -> RecordingError {
-        RecordingError::Line {
-            path: self.path.clone(),
-            line: self.line,
-            expected: expected.into(),
-            found: found.into(),
-        }
+        Mismatch::new(expected, found).in_line(&self.path, self.line)
     }
 
     /// Ends the reading after an input error, lenient or not. Damaged compressed data are reported with their line.

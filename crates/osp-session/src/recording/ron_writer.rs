@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use super::ron_file::{self, RecordingFile};
 use super::ron_line::{excerpt, write_event, write_header};
-use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError};
+use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError, error::Mismatch};
 
 /// Number of bytes that [`Flush::AtEnd`] collects before a write.
 const PENDING_BYTES: usize = 1 << 16;
@@ -127,12 +127,7 @@ impl<W: Write> RonWriter<W> {
         };
         if let Some((expected, found)) = refused {
             self.pending.truncate(start);
-            return Err(RecordingError::Line {
-                path: self.path.clone(),
-                line: self.lines + 1,
-                expected,
-                found,
-            });
+            return Err(Mismatch { expected, found }.in_line(&self.path, self.lines + 1));
         }
         self.lines += 1;
         match self.flush {

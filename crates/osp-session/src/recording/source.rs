@@ -35,3 +35,26 @@ pub struct Notes {
     /// Number of damaged parts that a lenient reader skipped.
     pub skipped: u64,
 }
+
+impl Notes {
+    /// Largest number of damaged parts that get a warning. Further parts are only counted.
+    const MOST_WARNINGS: u64 = 16;
+
+    /// Notes damage that a lenient reader skips; returns it as an error if the reader is not lenient. `part` names what
+    /// is skipped.
+    pub(super) fn skip(
+        &mut self,
+        is_lenient: bool,
+        error: RecordingError,
+        part: &str,
+    ) -> Result<(), RecordingError> {
+        if !is_lenient {
+            return Err(error);
+        }
+        self.skipped += 1;
+        if self.skipped <= Self::MOST_WARNINGS {
+            self.warnings.push(format!("{error}; {part} was passed over"));
+        }
+        Ok(())
+    }
+}

@@ -84,7 +84,7 @@ impl StrokeBuilder {
         }
         match settings.tool {
             Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(settings)),
-            Tool::Wall => Self::Wall(WallBuilder::new()),
+            Tool::Wall => Self::Wall(WallBuilder::default()),
             Tool::Tube => Self::Tube(TubeBuilder::new(settings)),
         }
     }
@@ -126,17 +126,13 @@ impl StrokeBuilder {
     /// Ends the stroke and writes the changes to `out`.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
-            Self::Ribbon(_)
-            | Self::Slices(_)
-            | Self::Particles(_)
-            | Self::Spray(_)
-            | Self::WindowedHull(_) => {}
             Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
             Self::QuadStrip(b) => b.finish(out),
             Self::Welded(b) => b.finish(out, drops),
             Self::Hull(b) => b.finish(out, drops),
             Self::TubeBrush(b) => b.finish(out, drops),
+            _ => {}
         }
     }
 
@@ -153,17 +149,9 @@ impl StrokeBuilder {
     /// Call it once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         match self {
-            Self::Ribbon(_)
-            | Self::Wall(_)
-            | Self::Tube(_)
-            | Self::Slices(_)
-            | Self::Hull(_)
-            | Self::Particles(_)
-            | Self::Spray(_)
-            | Self::TubeBrush(_)
-            | Self::WindowedHull(_) => {}
             Self::Welded(b) => b.repaint(out),
             Self::QuadStrip(b) => b.repaint(out),
+            _ => {}
         }
     }
 }

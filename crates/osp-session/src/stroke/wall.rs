@@ -11,10 +11,6 @@ pub struct WallBuilder {
 }
 
 impl WallBuilder {
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Adds a corner. A corner beyond [`Event::MAX_VERTICES`] replaces the last corner.
     pub fn push(&mut self, sample: Sample, drops: &mut Drops) {
         if self.corners.len() == Event::MAX_VERTICES {

@@ -5,7 +5,11 @@ use glam::{Quat, Vec3};
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 
-use crate::recording::{OpenOptions, Place, RecordingError, error::beyond, input::Input};
+use crate::recording::{
+    OpenOptions, Place, RecordingError,
+    error::{Mismatch, beyond},
+    input::Input,
+};
 use osp::math::COORDINATE_LIMIT_M;
 
 /// Largest absolute time that is read, seconds: 30,000 years.
@@ -140,13 +144,10 @@ pub(super) fn read(
     if error.is_io() {
         return Err(io(error.into()));
     }
-    let error = RecordingError::Line {
-        path: path.to_owned(),
-        line: error.line() as u64,
-        expected: "a CASSIE sketch: a list of strokes, or an object with systemStates and allSketchedStrokes"
-            .to_owned(),
-        found: format!("text that does not fit ({error})"),
-    };
+    let expected =
+        "a CASSIE sketch: a list of strokes, or an object with systemStates and allSketchedStrokes";
+    let found = format!("text that does not fit ({error})");
+    let error = Mismatch::new(expected, found).in_line(path, error.line() as u64);
     if !options.lenient {
         return Err(error);
     }

@@ -7,12 +7,11 @@ use flate2::read::MultiGzDecoder;
 use super::strokes::OnDamage;
 use crate::recording::{
     Notes, OpenOptions, Place, RecordingError,
+    error::Mismatch,
     input::Input,
     unpacked::{self, Unpacked},
 };
 
-/// Largest number of damaged lines that get a warning. Further damaged lines are only counted.
-const MOST_WARNINGS: u64 = 16;
 /// Length of the excerpt of a damaged line in an error, characters.
 const SHOWN_CHARS: usize = 60;
 /// The first bytes of a gzip stream.
@@ -110,24 +109,13 @@ impl LineReader {
         found: impl Display,
     ) -> Result<(), RecordingError> {
         let error = self.error(expected, found);
-        if self.on_damage == OnDamage::Fail {
-            self.done = true;
-            return Err(error);
-        }
-        self.notes.skipped += 1;
-        if self.notes.skipped <= MOST_WARNINGS {
-            self.notes.warnings.push(format!("{error}; the line was passed over"));
-        }
-        Ok(())
+        let is_lenient = self.on_damage == OnDamage::Note;
+        self.done = !is_lenient;
+        self.notes.skip(is_lenient, error, "the line")
     }
 
     fn error(&self, expected: impl Display, found: impl Display) -> RecordingError {
-        RecordingError::Line {
-            path: self.path.clone(),
-            line: self.line,
-            expected: expected.to_string(),
-            found: found.to_string(),
-        }
+        Mismatch::new(expected.to_string(), found.to_string()).in_line(&self.path, self.line)
     }
 
     /// Ends the reading after an error. The error is damage if the compressed data end early or cannot be decompressed,

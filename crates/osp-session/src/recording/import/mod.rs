@@ -55,5 +55,5 @@ pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
     let is_gltf = path
         .extension()
         .is_some_and(|ending| ["glb", "gltf"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
-    if is_gltf { gltf::buffers_beside(path) } else { cassie::files_beside(path) }
+    if is_gltf { gltf::files_beside(path) } else { cassie::files_beside(path) }
 }

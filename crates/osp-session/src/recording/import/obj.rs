@@ -12,7 +12,8 @@ use super::{
     session_name::session_name,
 };
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, error::beyond,
+    Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session,
+    error::{Mismatch, beyond},
     input::Input,
 };
 use osp::math::COORDINATE_LIMIT_M;
@@ -60,18 +61,6 @@ struct Obj {
     most_vertices: u64,
 }
 
-/// The expected form of a part of a line, and the text found instead.
-struct Fault {
-    expected: String,
-    found: String,
-}
-
-impl Fault {
-    fn new(expected: impl Into<String>, found: &str) -> Self {
-        Self { expected: expected.into(), found: shown(found) }
-    }
-}
-
 impl Obj {
     /// Reads the next line. A `\` at the end of a line continues it with the following line. `None` at the end of the
     /// file.
@@ -91,7 +80,7 @@ impl Obj {
         Ok(Some(line))
     }
 
-    fn read_line(&mut self, line: &str) -> Result<Option<Event>, Fault> {
+    fn read_line(&mut self, line: &str) -> Result<Option<Event>, Mismatch> {
         let text = line.split_once('#').map_or(line, |(text, _comment)| text);
         let mut fields = text.split_ascii_whitespace();
         match fields.next() {
@@ -110,24 +99,29 @@ impl Obj {
         &mut self,
         line: &str,
         mut fields: impl Iterator<Item = &'a str>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), Mismatch> {
         let mut coordinate = || fields.next().and_then(|field| field.parse::<f32>().ok()).unwrap_or(f32::NAN);
         let vertex = Vec3::new(coordinate(), coordinate(), coordinate());
         let usable = vertex.is_finite() && vertex.abs().max_element() <= COORDINATE_LIMIT_M;
         self.vertices.push(if usable { vertex } else { Vec3::NAN });
-        if usable { Ok(()) } else { Err(Fault::new("`v x y z`, finite and below 1e15", line)) }
+        if usable { Ok(()) } else { Err(Mismatch::new("`v x y z`, finite and below 1e15", shown(line))) }
     }
 
-    fn read_face<'a>(&mut self, line: &str, fields: impl Iterator<Item = &'a str>) -> Result<Event, Fault> {
+    fn read_face<'a>(
+        &mut self,
+        line: &str,
+        fields: impl Iterator<Item = &'a str>,
+    ) -> Result<Event, Mismatch> {
         let mut vertices = Vec::new();
         for field in fields {
             let number = field.split('/').next().and_then(|number| number.parse::<i64>().ok());
-            let number = number
-                .ok_or_else(|| Fault::new("`f` and corners as `v`, `v/vt`, `v//vn` or `v/vt/vn`", line))?;
+            let number = number.ok_or_else(|| {
+                Mismatch::new("`f` and corners as `v`, `v/vt`, `v//vn` or `v/vt/vn`", shown(line))
+            })?;
             vertices.push(self.vertex(number).ok_or_else(|| {
                 let count = self.vertices.len();
                 let found = format!("corner {number} in {}", shown(line));
-                Fault { expected: format!("corners from 1 to {count} or from -{count} to -1"), found }
+                Mismatch { expected: format!("corners from 1 to {count} or from -{count} to -1"), found }
             })?);
             if vertices.len() > Event::MAX_VERTICES {
                 break;
@@ -136,7 +130,7 @@ impl Obj {
         let [r, g, b] = self.material.or(self.group).unwrap_or(PLAIN);
         let face =
             Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (r, g, b, 1.0) };
-        face.check().map_err(|expected| Fault::new(expected, line))?;
+        face.check().map_err(|expected| Mismatch::new(expected, shown(line)))?;
         Ok(face)
     }
 
@@ -166,7 +160,7 @@ impl EventSource for Obj {
             match self.read_line(&line) {
                 Ok(Some(event)) => return Ok(Some(event)),
                 Ok(None) => {}
-                Err(Fault { expected, found }) => self.lines.damaged(expected, found)?,
+                Err(Mismatch { expected, found }) => self.lines.damaged(expected, found)?,
             }
         }
         Ok(None)

@@ -6,7 +6,8 @@ use gltf_json::{
     validation::Checked,
 };
 
-use super::{container::File, fault::Fault};
+use super::container::File;
+use crate::recording::error::Mismatch;
 
 /// Elements at a constant stride in a buffer.
 #[derive(Clone, Copy)]
@@ -17,10 +18,11 @@ struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// `count` elements of `size` bytes each, from `offset` in a buffer view.
-    fn new(file: &'a File, view: usize, offset: u64, count: u64, size: usize) -> Result<Self, Fault> {
-        let whole = || Fault::new(format!("the bytes of buffer view {view} in its buffer"), "too few");
+    fn new(file: &'a File, view: usize, offset: u64, count: u64, size: usize) -> Result<Self, Mismatch> {
+        let whole = || Mismatch::new(format!("the bytes of buffer view {view} in its buffer"), "too few");
         let Root { buffer_views, .. } = &file.root;
-        let missing = || Fault::new(format!("buffer view {view}"), format!("{} of them", buffer_views.len()));
+        let missing =
+            || Mismatch::new(format!("buffer view {view}"), format!("{} of them", buffer_views.len()));
         let described = buffer_views.get(view).ok_or_else(missing)?;
         let buffer = file.buffers.get(described.buffer.value()).ok_or_else(whole)?;
         let start = described.byte_offset.unwrap_or_default().0;
@@ -31,10 +33,10 @@ impl<'a> Row<'a> {
         let stride = described.byte_stride.map_or(size, |stride| stride.0);
         let few = || {
             let expected = format!("{count} elements of {size} bytes in buffer view {view}");
-            Fault::new(expected, format!("a view of {} bytes", bytes.len()))
+            Mismatch::new(expected, format!("a view of {} bytes", bytes.len()))
         };
         if stride < size {
-            return Err(Fault::new(
+            return Err(Mismatch::new(
                 format!("a stride of {size} bytes in buffer view {view}"),
                 stride.to_string(),
             ));
@@ -72,15 +74,16 @@ struct Sparse<'a> {
 }
 
 impl<'a> Elements<'a> {
-    pub(super) fn new(file: &'a File, accessor: usize) -> Result<Self, Fault> {
+    pub(super) fn new(file: &'a File, accessor: usize) -> Result<Self, Mismatch> {
         let accessors = &file.root.accessors;
-        let missing = || Fault::new(format!("accessor {accessor}"), format!("{} of them", accessors.len()));
+        let missing =
+            || Mismatch::new(format!("accessor {accessor}"), format!("{} of them", accessors.len()));
         let described = accessors.get(accessor).ok_or_else(missing)?;
         let (Checked::Valid(component), Checked::Valid(shape)) =
             (&described.component_type, &described.type_)
         else {
             let expected = format!("a component type and a type of glTF in accessor {accessor}");
-            return Err(Fault::new(expected, "others"));
+            return Err(Mismatch::new(expected, "others"));
         };
         let width = match shape {
             Type::Scalar => 1,
@@ -88,13 +91,16 @@ impl<'a> Elements<'a> {
             Type::Vec3 => 3,
             Type::Vec4 => 4,
             Type::Mat2 | Type::Mat3 | Type::Mat4 => {
-                return Err(Fault::new(format!("a scalar or a vector in accessor {accessor}"), "a matrix"));
+                return Err(Mismatch::new(
+                    format!("a scalar or a vector in accessor {accessor}"),
+                    "a matrix",
+                ));
             }
         };
         let kind = component.0;
         let (count, size) = (described.count.0, width * kind.size());
         let counted = u32::try_from(count)
-            .map_err(|_| Fault::new(format!("fewer than 2^32 elements in accessor {accessor}"), "more"))?;
+            .map_err(|_| Mismatch::new(format!("fewer than 2^32 elements in accessor {accessor}"), "more"))?;
         let base = described
             .buffer_view
             .map(|view| {
@@ -103,7 +109,7 @@ impl<'a> Elements<'a> {
             .transpose()?;
         let sparse = described.sparse.as_ref().map(|sparse| {
             let Checked::Valid(number_kind) = &sparse.indices.component_type else {
-                return Err(Fault::new("the component type of sparse indices", "another"));
+                return Err(Mismatch::new("the component type of sparse indices", "another"));
             };
             let (count, indices) = (sparse.count.0, &sparse.indices);
             let number_kind = number_kind.0;

@@ -4,11 +4,13 @@ use std::{io::Read, path::Path, path::PathBuf};
 
 use gltf_json::{Root, deserialize};
 
-use super::{
-    fault::{Damage, Fault},
-    uri,
+use super::{Damage, uri};
+use crate::recording::{
+    Limits, Place, RecordingError,
+    error::{Mismatch, beyond},
+    import::lines::shown,
+    input::Input,
 };
-use crate::recording::{Limits, Place, RecordingError, error::beyond, import::lines::shown, input::Input};
 
 pub(in super::super) const MAGIC: &[u8] = b"glTF";
 const HEAD_BYTES: usize = 12;
@@ -87,7 +89,7 @@ fn binary_json(
     let length = word(bytes, 8).ok_or_else(|| cut(bytes.len()))?;
     if length as usize > bytes.len() {
         let found = format!("{} bytes", bytes.len());
-        damage.note(path, Fault::new(format!("a .glb of {length} bytes, from its header"), found))?;
+        damage.note(path, Mismatch::new(format!("a .glb of {length} bytes, from its header"), found))?;
     }
     let json_bytes = word(bytes, HEAD_BYTES).ok_or_else(|| cut(bytes.len()))? as usize;
     let start = HEAD_BYTES + CHUNK_HEAD_BYTES;
@@ -110,7 +112,7 @@ fn binary_chunk(
         let end = start.saturating_add(length as usize);
         if end > bytes.len() {
             let found = format!("{} bytes at byte {start}", bytes.len() - start);
-            damage.note(path, Fault::new(format!("a chunk of {length} bytes"), found))?;
+            damage.note(path, Mismatch::new(format!("a chunk of {length} bytes"), found))?;
         }
         if kind == BIN_CHUNK {
             return Ok(Some(start..end.min(bytes.len())));
@@ -141,12 +143,12 @@ fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root
     })?;
     if !root.asset.version.starts_with("2.") {
         let found = format!("version {}", shown(&root.asset.version));
-        return Err(Fault::new("a glTF file of version 2", found).in_file(path));
+        return Err(Mismatch::new("a glTF file of version 2", found).in_file(path));
     }
     let unknown = root.extensions_required.iter().find(|name| !is_optional_here(name));
     if let Some(name) = unknown {
         let found = format!("one that requires {}", shown(name));
-        return Err(Fault::new("a glTF file whose meshes are not packed", found).in_file(path));
+        return Err(Mismatch::new("a glTF file whose meshes are not packed", found).in_file(path));
     }
     root.extensions_required.clear();
     Ok(root)
@@ -175,8 +177,8 @@ fn read_buffers(
     let mut buffers = Vec::new();
     for (buffer, number) in root.buffers.iter().zip(0..) {
         let content = match (&buffer.uri, number) {
-            (None, 0) => binary.take().ok_or_else(|| Fault::new("the binary chunk of buffer 0", "none")),
-            (None, _) => Err(Fault::new(format!("the URI of buffer {number}"), "none")),
+            (None, 0) => binary.take().ok_or_else(|| Mismatch::new("the binary chunk of buffer 0", "none")),
+            (None, _) => Err(Mismatch::new(format!("the URI of buffer {number}"), "none")),
             (Some(uri), _) => match uri::data(uri) {
                 Some(data) => data,
                 None => match uri::file(uri, path) {
@@ -195,7 +197,7 @@ fn read_buffers(
         let expected = buffer.byte_length.0;
         if (content.len() as u64) < expected && !(content.is_empty() && damage.is_lenient) {
             let found = format!("{} bytes", content.len());
-            damage.note(path, Fault::new(format!("{expected} bytes of buffer {number}"), found))?;
+            damage.note(path, Mismatch::new(format!("{expected} bytes of buffer {number}"), found))?;
         }
         content.truncate(usize::try_from(expected).unwrap_or(usize::MAX));
         buffers.push(content);
@@ -210,7 +212,7 @@ fn read_beside(
     uri: &str,
     left: &mut u64,
     model: &Path,
-) -> Result<Result<Vec<u8>, Fault>, RecordingError> {
+) -> Result<Result<Vec<u8>, Mismatch>, RecordingError> {
     let mut bytes = Vec::new();
     let read = file.lies_within(uri::folder(model)).and_then(|lies_within| {
         if lies_within {
@@ -223,7 +225,7 @@ fn read_beside(
         Ok(false) => return Ok(Err(uri::leads_out(uri))),
         Err(error) => {
             let name = shown(&file.path.to_string_lossy());
-            return Ok(Err(Fault::new(format!("the buffer {name}"), shortened(&error.to_string()))));
+            return Ok(Err(Mismatch::new(format!("the buffer {name}"), shortened(&error.to_string()))));
         }
     }
     match left.checked_sub(bytes.len() as u64) {
@@ -234,7 +236,7 @@ fn read_beside(
 }
 
 /// The files of the buffers that a model refers to, as far as the model can be read.
-pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
+pub(in super::super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let mut damage = Damage { is_lenient: true, notes: Default::default() };
     let mut bytes = Vec::new();
     let most = Limits::DEFAULT.polygons * BYTES_A_POLYGON;

@@ -7,8 +7,8 @@ use gltf_json::{
     validation::Checked,
 };
 
-use super::{accessor::Elements, container::File, fault::Fault, look::srgb_from_linear};
-use crate::recording::{Author, Event};
+use super::{accessor::Elements, container::File, look::srgb_from_linear};
+use crate::recording::{Author, Event, error::Mismatch};
 use osp::math::is_flat_and_convex;
 
 /// A polygon. [`channels`] decodes its colour.
@@ -23,15 +23,11 @@ pub(super) struct Faces {
     next: usize,
     /// The previous triangle, if it may form a quad with the next triangle.
     pending: Option<[u32; 3]>,
-    fault: Option<Fault>,
+    /// The fault of the first skipped triangle that was not reported yet.
+    pub(super) fault: Option<Mismatch>,
 }
 
 impl Faces {
-    /// The fault of the first triangle that was skipped since the last call.
-    pub(super) fn take_fault(&mut self) -> Option<Fault> {
-        self.fault.take()
-    }
-
     /// Decodes at most `most` further triangles. Returns `false` after the last triangle.
     pub(super) fn decode(
         &mut self,
@@ -40,7 +36,7 @@ impl Faces {
         residual: &DAffine3,
         most: usize,
         out: &mut Vec<Polygon>,
-    ) -> Result<bool, Fault> {
+    ) -> Result<bool, Mismatch> {
         let Some(mesh) = Mesh::new(file, primitive, residual)? else { return Ok(false) };
         let count = mesh.triangles();
         let end = count.min(self.next.saturating_add(most));
@@ -50,7 +46,7 @@ impl Faces {
             if let Some(number) = triangle.into_iter().find(|&number| number as usize >= mesh.positions.len())
             {
                 let expected = format!("vertices below {}", mesh.positions.len());
-                self.fault.get_or_insert(Fault::new(expected, format!("vertex {number}")));
+                self.fault.get_or_insert(Mismatch::new(expected, format!("vertex {number}")));
                 continue;
             }
             let Some(before) = self.pending.replace(triangle) else { continue };
@@ -81,7 +77,7 @@ impl Faces {
             color: channels(color),
         };
         if let Err(expected) = event.check() {
-            self.fault.get_or_insert(Fault::new(expected, format!("vertices {numbers:?}")));
+            self.fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
         } else if let Event::Polygon { vertices: corners, .. } = event {
             out.push(Polygon { corners, color });
         }
@@ -99,9 +95,9 @@ struct Mesh<'a> {
 
 impl<'a> Mesh<'a> {
     /// Opens the primitive's data; `None` if the primitive consists of points or lines.
-    fn new(file: &'a File, primitive: &Primitive, residual: &DAffine3) -> Result<Option<Self>, Fault> {
+    fn new(file: &'a File, primitive: &Primitive, residual: &DAffine3) -> Result<Option<Self>, Mismatch> {
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(Fault::new("a mode of 0 to 6", "another"));
+            return Err(Mismatch::new("a mode of 0 to 6", "another"));
         };
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(None);
@@ -111,17 +107,17 @@ impl<'a> Mesh<'a> {
             found.map(|accessor| Elements::new(file, accessor.value())).transpose()
         };
         let positions = attribute(Semantic::Positions)?.filter(|of| of.width == 3);
-        let positions = positions.ok_or_else(|| Fault::new("positions as VEC3", "none"))?;
+        let positions = positions.ok_or_else(|| Mismatch::new("positions as VEC3", "none"))?;
         let colors = attribute(Semantic::Colors(0))?.filter(|of| of.width >= 3);
         if let Some(colors) = &colors
             && colors.len() < positions.len()
         {
             let found = format!("{} colours", colors.len());
-            return Err(Fault::new(format!("as many colours as positions, {}", positions.len()), found));
+            return Err(Mismatch::new(format!("as many colours as positions, {}", positions.len()), found));
         }
         let indices = primitive.indices.map(|accessor| Elements::new(file, accessor.value())).transpose()?;
         if indices.as_ref().is_some_and(|indices| indices.width != 1) {
-            return Err(Fault::new("indices as SCALAR", "vectors"));
+            return Err(Mismatch::new("indices as SCALAR", "vectors"));
         }
         let material = primitive.material.and_then(|material| file.root.materials.get(material.value()));
         Ok(Some(Self { positions, colors, indices, mode, material, residual: *residual }))

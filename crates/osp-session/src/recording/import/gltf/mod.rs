@@ -14,10 +14,8 @@
 //! check can panic on damaged files.
 
 mod accessor;
-
 mod container;
 mod faces;
-mod fault;
 mod look;
 mod nodes;
 mod uri;
@@ -27,16 +25,16 @@ use std::{
     path::Path,
 };
 
-pub(super) use self::container::MAGIC;
+pub(super) use self::container::{MAGIC, files_beside};
 use self::{
     container::File,
     faces::{Faces, Polygon},
-    fault::{Damage, Fault},
     nodes::Planned,
 };
 use super::session_name::session_name;
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, input::Input,
+    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId,
+    error::Mismatch, input::Input,
 };
 
 const CHUNK: usize = 1 << 14;
@@ -48,10 +46,7 @@ const MOST_COLORS: usize = 1024;
 ///
 /// # Errors
 /// The file cannot be read, is too large for memory, or its JSON is damaged.
-pub(in crate::recording) fn open_gltf(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_gltf(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
     let path = input.path;
     let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
     let file = File::read(input, &options.limits, &mut damage)?;
@@ -71,9 +66,16 @@ pub(in crate::recording) fn open_gltf(
     Ok(Session::new(header, format, Box::new(source), path, options))
 }
 
-/// The other files that are part of the glTF file at `path`.
-pub(crate) fn buffers_beside(path: &Path) -> Vec<std::path::PathBuf> {
-    container::files_beside(path)
+/// The damage that a lenient reader has skipped.
+struct Damage {
+    is_lenient: bool,
+    notes: Notes,
+}
+
+impl Damage {
+    fn note(&mut self, path: &Path, fault: Mismatch) -> Result<(), RecordingError> {
+        self.notes.skip(self.is_lenient, fault.in_file(path), "it")
+    }
 }
 
 struct Gltf {
@@ -109,7 +111,7 @@ impl Gltf {
         let Some(mesh) = part.node.mesh else { return Ok(true) };
         let meshes = &self.file.root.meshes;
         let Some(described) = meshes.get(mesh) else {
-            let fault = Fault::new(format!("mesh {mesh}"), format!("{} of them", meshes.len()));
+            let fault = Mismatch::new(format!("mesh {mesh}"), format!("{} of them", meshes.len()));
             self.damage.note(&self.file.path, fault)?;
             return Ok(true);
         };
@@ -120,9 +122,9 @@ impl Gltf {
         let outcome = faces.decode(&self.file, primitive, &part.node.residual, CHUNK, &mut polygons);
         let is_done = outcome.as_ref().is_ok_and(|more| !more) || outcome.is_err();
         self.push_polygons(&mut part, polygons);
-        if let Some(fault) = outcome.err().or_else(|| faces.take_fault()) {
+        if let Some(fault) = outcome.err().or_else(|| faces.fault.take()) {
             let found = format!("{} in mesh {mesh}, primitive {number}", fault.found);
-            let fault = Fault { found, ..fault };
+            let fault = Mismatch { found, ..fault };
             self.damage.note(&self.file.path, fault)?;
         }
         if is_done {

@@ -3,11 +3,10 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
 use gltf_json::scene::Node;
 
-use super::{
-    container::File,
-    fault::{Damage, Fault},
+use super::{Damage, container::File};
+use crate::recording::{
+    Author, Event, GroupId, RecordingError, StrokeId, Transform, error::Mismatch, import::axes,
 };
-use crate::recording::{Author, Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
 
 /// Largest depth of nested groups. The mesh of a deeper node belongs to the group of an ancestor.
 const MOST_DEPTH: usize = 60;
@@ -68,8 +67,8 @@ pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes, RecordingE
     while let Some(visit) = stack.pop() {
         let node = visit.node;
         let fault = match (nodes.get(node), is_visited.get(node)) {
-            (None, _) => Some(Fault::new(format!("node {node}"), format!("{} of them", nodes.len()))),
-            (_, Some(true)) => Some(Fault::new("a tree of nodes", format!("node {node} in it twice"))),
+            (None, _) => Some(Mismatch::new(format!("node {node}"), format!("{} of them", nodes.len()))),
+            (_, Some(true)) => Some(Mismatch::new("a tree of nodes", format!("node {node} in it twice"))),
             _ => None,
         };
         if let Some(fault) = fault {
@@ -132,7 +131,7 @@ impl Nodes {
             }
             Err(expected) => {
                 let found = format!("another transform of node {}", at.node);
-                damage.note(&file.path, Fault::new(expected, found))?;
+                damage.note(&file.path, Mismatch::new(expected, found))?;
                 DAffine3::IDENTITY
             }
         };

@@ -10,8 +10,7 @@ use base64::{
 
 use percent_encoding::percent_decode_str;
 
-use super::fault::Fault;
-use crate::recording::import::lines::shown;
+use crate::recording::{error::Mismatch, import::lines::shown};
 
 /// Base64 with optional padding, because some writers omit the padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -20,16 +19,16 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// The bytes of a `data:` URI; `None` for another URI.
-pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Fault>> {
+pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Mismatch>> {
     let content = uri.strip_prefix("data:")?;
     let decoded = content
         .split_once(',')
         .filter(|(kind, _)| kind.ends_with(";base64"))
-        .ok_or_else(|| Fault::new("data as `data:…;base64,…`", shown(uri)))
+        .ok_or_else(|| Mismatch::new("data as `data:…;base64,…`", shown(uri)))
         .and_then(|(_, text)| {
             BASE64
                 .decode(text)
-                .map_err(|error| Fault::new("a data URI in base64", format!("{error} of {}", shown(uri))))
+                .map_err(|error| Mismatch::new("a data URI in base64", format!("{error} of {}", shown(uri))))
         });
     Some(decoded)
 }
@@ -42,14 +41,14 @@ pub(super) fn folder(model: &Path) -> &Path {
 }
 
 /// The error of a URI that leads out of the model's folder through a symbolic link.
-pub(super) fn leads_out(uri: &str) -> Fault {
-    Fault::new(EXPECTED, format!("{}, a link that leads out of the folder", shown(uri)))
+pub(super) fn leads_out(uri: &str) -> Mismatch {
+    Mismatch::new(EXPECTED, format!("{}, a link that leads out of the folder", shown(uri)))
 }
 
 /// The path of a relative URI in the folder of `beside` or below it. Symbolic links are not resolved; the caller checks
 /// them when it opens the file.
-pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Fault> {
-    let refuse = || Fault::new(EXPECTED, shown(uri));
+pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Mismatch> {
+    let refuse = || Mismatch::new(EXPECTED, shown(uri));
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| refuse())?;
     let relative = Path::new(decoded.as_ref());
     let is_plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
