@@ -51,7 +51,8 @@ struct Sight {
     timer: GpuTimer,
 }
 
-/// Draws without a window, one frame at a time, and waits for each frame.
+/// Draws without a window, one frame at a time, and waits for each frame. The number of a view that does not exist
+/// panics.
 #[derive(Debug)]
 pub struct Offscreen {
     /// Keeps the polygons of all views. Call [`Renderer::follow`] with the changes of every frame, drawn or not.
@@ -127,9 +128,6 @@ impl Offscreen {
     ///
     /// # Errors
     /// The adapter lacks a required feature.
-    ///
-    /// # Panics
-    /// The view does not exist.
     pub fn set_occlusion_of(&mut self, number: usize, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
@@ -143,18 +141,12 @@ impl Offscreen {
     }
 
     /// Does the same as [`Offscreen::set_detail`] for view number `number`.
-    ///
-    /// # Panics
-    /// The view does not exist.
     pub fn set_detail_of(&mut self, number: usize, is_auto: bool) {
         let Sight { slot, target, .. } = &mut self.sights[number];
         self.renderer.set_detail(slot, is_auto.then(|| target.size()));
     }
 
     /// Sets whether the light of view number `number` has a budget; see [`Renderer::set_light_budget`].
-    ///
-    /// # Panics
-    /// The view does not exist.
     pub fn set_light_budget_of(&mut self, number: usize, has_budget: bool) {
         let Sight { slot, target, .. } = &mut self.sights[number];
         self.renderer.set_light_budget(slot, has_budget.then(|| target.size()));
@@ -172,9 +164,6 @@ impl Offscreen {
     }
 
     /// Draws a frame of view number `number`; see [`Offscreen::draw`].
-    ///
-    /// # Panics
-    /// The view does not exist.
     pub fn draw_view(
         &mut self,
         number: usize,
@@ -187,9 +176,6 @@ impl Offscreen {
 
     /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits for the GPU. Each
     /// view comes with its number and its layers; no number may occur twice. Returns the sums over the views.
-    ///
-    /// # Panics
-    /// A view does not exist.
     pub fn draw_views(
         &mut self,
         scene: &Scene,
@@ -305,9 +291,6 @@ impl Offscreen {
     }
 
     /// Reads back the last picture of view number `number`.
-    ///
-    /// # Panics
-    /// The view does not exist.
     pub fn image_of(&self, number: usize) -> Result<Image, RenderError> {
         self.sights[number].target.image(&self.renderer.gpu)
     }

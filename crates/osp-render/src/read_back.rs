@@ -9,13 +9,6 @@ use std::{
 
 use super::{Gpu, Image, RenderError, descriptors};
 
-/// Copies a texture of four bytes a pixel to memory, and waits for the copy.
-pub(super) fn read_back(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Image, RenderError> {
-    let coming = begin_read_back(gpu, texture);
-    gpu.wait()?;
-    coming.finish()
-}
-
 /// A picture that is being copied from the GPU.
 #[derive(Debug)]
 pub struct ComingImage {

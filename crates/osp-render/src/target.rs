@@ -5,7 +5,7 @@ use super::{
     formats::{COLOR_FORMAT, DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES},
     half_images::HalfImages,
     octaves::Octaves,
-    read_back::{ComingImage, begin_read_back, read_back},
+    read_back::{ComingImage, begin_read_back},
 };
 
 /// The textures of one view: multisampled colours and depth, the resolved colours, which may exceed 1, and the finished
@@ -72,7 +72,7 @@ impl Target {
 
     /// A copy of the finished picture.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
-        read_back(gpu, &self.picture)
+        self.image_later(gpu).wait(gpu)
     }
 
     /// Does the same as [`Target::image`], for a caller that cannot wait. The picture is available later.

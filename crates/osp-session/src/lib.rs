@@ -33,3 +33,8 @@ pub mod rig;
 pub mod scene;
 pub mod small_file;
 pub mod stroke;
+
+/// Whether a field of a file has its usual value. Such fields are not written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}

@@ -1,5 +1,5 @@
 use bytemuck::{Pod, Zeroable};
-use glam::{Quat, Vec3};
+use glam::Vec3;
 
 use osp::math::{rotate, unit};
 use osp_session::recording::Environment;
@@ -96,18 +96,12 @@ fn standard() -> Environment {
     Environment {
         preset: "Standard".to_owned(),
         sky: [Vec3::new(70.0, 70.0, 81.0) / 255.0, Vec3::new(0.035, 0.035, 0.086)],
-        sky_rotation: Quat::IDENTITY,
-        room_rotation: Quat::IDENTITY,
-        floor: None,
-        fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(0.392),
         lights: [
             (Vec3::new(0.0, -0.866, -0.5), Vec3::new(0.778, 0.816, 0.991)),
             (Vec3::new(0.0, -0.643, 0.766), Vec3::new(0.428, 0.421, 0.346)),
         ],
         reflection: 0.3,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
+        ..Environment::default()
     }
 }

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 /// Light and background of a session. Colours are sRGB values from 0 to 1. Shaders use them without conversion, as in
 /// the original programs. Lights may be brighter than 1.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -11,16 +11,16 @@ pub struct Environment {
     /// Sky colours straight down and straight up; the sky is a gradient between them.
     pub sky: [Vec3; 2],
     /// Rotation from the gradient's space, whose +y is up, to world space.
-    #[serde(default = "identity", skip_serializing_if = "is_identity")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub sky_rotation: Quat,
     /// Rotation from world space to the space of the room. Glossy paint reflects the room's lamps.
-    #[serde(default = "identity", skip_serializing_if = "is_identity")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub room_rotation: Quat,
     /// Colour of a floor that hides the sky below the horizon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Vec3>,
     /// Colour of the fog, and its density per metre of depth.
-    #[serde(default, skip_serializing_if = "is_clear")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub fog: (Vec3, f32),
     pub ambient: Vec3,
     /// Two directional lights: direction of travel, of length 1, in world space, and colour.
@@ -31,14 +31,14 @@ pub struct Environment {
     pub reflection: f32,
     /// Whether the light that spreads (bloom) gains a quarter of its brightness, as in early versions of Tilt Brush.
     /// Otherwise bloom loses a quarter.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub has_full_bloom: bool,
     /// Whether the second light and the ambient light are added as sRGB values, as in some early versions of Tilt Brush.
     /// Otherwise they are added as linear values.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub has_srgb_light: bool,
     /// Depth along the view at which shadows have faded out, metres. 0 if they do not fade.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub shadows_end_m: f32,
 }
 
@@ -80,20 +80,4 @@ impl Environment {
             Err("a unit quaternion (x, y, z, w) of the sky, and of the room")
         }
     }
-}
-
-fn is_zero(number: &f32) -> bool {
-    *number == 0.0
-}
-
-fn identity() -> Quat {
-    Quat::IDENTITY
-}
-
-fn is_identity(q: &Quat) -> bool {
-    *q == Quat::IDENTITY
-}
-
-fn is_clear((color, density): &(Vec3, f32)) -> bool {
-    *color == Vec3::ZERO && *density == 0.0
 }

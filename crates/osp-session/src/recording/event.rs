@@ -35,23 +35,23 @@ pub struct Paint {
     /// Name or GUID of the brush. If it is empty, the stroke is drawn by its tool.
     pub brush: String,
     /// Seed of the brush's random numbers.
-    #[serde(default, skip_serializing_if = "is_zero_number")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub seed: u32,
     /// Factor of the brush's own lengths (spacing, fading), not of the stroke's width.
     #[serde(default = "full", skip_serializing_if = "is_full")]
     pub scale: f32,
     /// Index of the layer in [`Header::layers`](super::Header::layers), if the session has layers.
-    #[serde(default, skip_serializing_if = "is_zero_number")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub layer: u32,
     /// Whether the stroke is hidden, because its layer was hidden when the session was saved.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
     /// Group in a Tilt Brush or Open Brush sketch, 0 for none. These programs select the strokes of a group together.
     /// The number is no [`GroupId`] of the session, and no event changes it.
-    #[serde(default, skip_serializing_if = "is_zero_number")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub sketch_group: u32,
     /// Flags in a Tilt Brush or Open Brush sketch. Bit 1: undo treats the stroke and the one before as one step.
-    #[serde(default, skip_serializing_if = "is_zero_number")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub sketch_flags: u32,
     /// Other extensions of the stroke in a Tilt Brush or Open Brush sketch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -157,7 +157,7 @@ pub enum Event {
         /// Red, green, blue, opacity, each 0 to 1, sRGB.
         color: (f32, f32, f32, f32),
         /// Orientation of a ribbon relative to the tracker.
-        #[serde(default, skip_serializing_if = "is_default_rule")]
+        #[serde(default, skip_serializing_if = "crate::is_default")]
         normal: NormalRule,
         /// Width at pressure 0 divided by the full width (1: pressure has no effect).
         #[serde(default, skip_serializing_if = "is_zero")]
@@ -327,14 +327,6 @@ fn is_full(pressure: &f32) -> bool {
 
 fn is_zero(value: &f32) -> bool {
     value.to_bits() == 0
-}
-
-fn is_zero_number(value: &u32) -> bool {
-    *value == 0
-}
-
-fn is_default_rule(rule: &NormalRule) -> bool {
-    *rule == NormalRule::default()
 }
 
 impl Event {

@@ -7,7 +7,7 @@ use super::{
 };
 use osp::math::COORDINATE_LIMIT_M;
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
     /// Format number; see [`FORMAT_VERSION`](super::FORMAT_VERSION).
@@ -45,17 +45,7 @@ impl Header {
 
     /// A header of format 2, the oldest format with environments, layers and brushes.
     pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
-        Self {
-            format: 2,
-            name: name.into(),
-            source: source.into(),
-            root: None,
-            camera: None,
-            environment: None,
-            layers: Vec::new(),
-            left_out: Vec::new(),
-            sketch_metadata: None,
-        }
+        Self { format: 2, name: name.into(), source: source.into(), ..Self::default() }
     }
 
     /// Checks that every number is in its range. The error describes the expected form.

@@ -17,16 +17,14 @@ pub enum Eyes {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Viewport(pub f32, pub f32, pub f32, pub f32);
 
-impl Viewport {
-    pub const WHOLE: Self = Self(0.0, 0.0, 1.0, 1.0);
-
-    fn whole() -> Self {
+impl Default for Viewport {
+    fn default() -> Self {
         Self::WHOLE
     }
+}
 
-    fn is_whole(&self) -> bool {
-        *self == Self::WHOLE
-    }
+impl Viewport {
+    pub const WHOLE: Self = Self(0.0, 0.0, 1.0, 1.0);
 
     fn is_on_monitor(self) -> bool {
         /// Tolerance, because the sum of a third and two thirds may slightly exceed one.
@@ -66,14 +64,10 @@ pub struct Output {
     /// top to bottom.
     pub monitor: String,
     /// The part of the monitor that shows the screen.
-    #[serde(default = "Viewport::whole", skip_serializing_if = "Viewport::is_whole")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub viewport: Viewport,
-    #[serde(default, skip_serializing_if = "is_both")]
+    #[serde(default, skip_serializing_if = "crate::is_default")]
     pub eyes: Eyes,
-}
-
-fn is_both(eyes: &Eyes) -> bool {
-    *eyes == Eyes::Both
 }
 
 impl Output {

@@ -212,16 +212,12 @@ impl Preset {
         Environment {
             preset: self.name.clone(),
             sky,
-            sky_rotation: Quat::IDENTITY,
-            room_rotation: Quat::IDENTITY,
             floor: self.floor.map(color),
             fog: (self.fog.0, self.fog.1 * UNITS_PER_METER),
             ambient: self.ambient,
             lights: [light(self.light_1), light(self.light_2)],
             reflection: self.reflection,
-            has_full_bloom: false,
-            has_srgb_light: false,
-            shadows_end_m: 0.0,
+            ..Environment::default()
         }
     }
 }

@@ -42,21 +42,14 @@ impl Brushes {
     pub(super) fn header(&self, source: String) -> Header {
         let rows = (self.brushes.len() as u32).div_ceil(COLUMNS) as f32;
         let environment = Environment {
-            preset: String::new(),
             sky: [Vec3::new(0.28, 0.28, 0.32), Vec3::new(0.04, 0.04, 0.09)],
-            sky_rotation: Quat::IDENTITY,
-            room_rotation: Quat::IDENTITY,
-            floor: None,
-            fog: (Vec3::ZERO, 0.0),
             ambient: Vec3::splat(0.39),
             lights: [
                 (Vec3::new(0.0, -0.866, -0.5), Vec3::new(0.78, 0.82, 0.99)),
                 (Vec3::new(0.0, -0.643, 0.766), Vec3::new(0.43, 0.42, 0.35)),
             ],
             reflection: 0.3,
-            has_full_bloom: false,
-            has_srgb_light: false,
-            shadows_end_m: 0.0,
+            ..Environment::default()
         };
         let eye = CENTER + Vec3::Z * (rows * CELL_M[1] * 1.5);
         let camera = Camera { p: eye, q: Quat::IDENTITY, fov_degrees: 45.0, near_m: None };

@@ -21,9 +21,6 @@ impl SynthKind {
 
     pub const MOST_AUTHORS: u32 = 64;
 
-    /// The kinds that a simulated artist draws, with a hand, a head and edits.
-    pub const DRAWN_BY_ARTISTS: [Self; 3] = [Self::Portrait, Self::Room, Self::Scribble];
-
     pub fn name(self) -> &'static str {
         match self {
             Self::Portrait => "portrait",

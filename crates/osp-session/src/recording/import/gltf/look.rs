@@ -134,18 +134,11 @@ fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
             .map_or_else(Default::default, |&(way, color, strength)| (way, color * (strength / full)))
     };
     Environment {
-        preset: String::new(),
         sky: SKY,
-        sky_rotation: Quat::IDENTITY,
-        room_rotation: Quat::IDENTITY,
-        floor: None,
-        fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(AMBIENT),
         lights: [light(0), light(1)],
         reflection: 0.3,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
+        ..Environment::default()
     }
 }
 
