@@ -33,7 +33,6 @@ pub enum OutputError {
     /// A file exists, and nobody asked to replace it.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
-    /// The path cannot be used.
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },
 }

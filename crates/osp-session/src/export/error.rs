@@ -14,7 +14,6 @@ pub enum ExportError {
     /// This build has no compression: the feature `compress` is missing.
     #[error("expected a build of osp-session with its feature `compress`")]
     NotCompressed,
-    /// The user has cancelled the export.
     #[error("writing it was cancelled")]
     Cancelled,
 }

@@ -25,14 +25,10 @@ const BIN_CHUNK: u32 = 0x004e_4942;
 /// Mean of [`cosine_to_eye`] over all directions of the eye.
 const MEAN_VIEW_COSINE: f32 = 0.5;
 
-/// Counts of exported parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GltfCounts {
-    /// Number of objects.
     pub objects: u64,
-    /// Number of polygons.
     pub polygons: u64,
-    /// Number of triangles.
     pub triangles: u64,
     /// Number of polygons that were skipped because a coordinate is not finite. The format cannot represent such a
     /// number.

@@ -20,7 +20,6 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// A node of the exported file with its mesh.
 pub(super) struct Object {
     pub(super) name: String,
-    /// The parts of the object, by material.
     pub(super) parts: BTreeMap<usize, Part>,
 }
 

@@ -24,7 +24,6 @@ pub(super) struct Material {
     is_blended: bool,
 }
 
-/// The materials of a file.
 #[derive(Default)]
 pub(super) struct Materials {
     /// Whether brushes share a material if their materials differ only in name.
@@ -32,9 +31,7 @@ pub(super) struct Materials {
     /// Numbers of the materials, by brush number (`None` without a brush) and by whether the material is blended.
     places: BTreeMap<(Option<u16>, bool), usize>,
     all: Vec<Material>,
-    /// Index of each material in the file.
     in_file: Vec<usize>,
-    /// The materials of the file.
     json: Vec<Value>,
     pub(super) textures: Textures,
 }
@@ -45,7 +42,6 @@ impl Materials {
         Self { is_shared: true, ..Self::default() }
     }
 
-    /// The number of the material of a stroke.
     pub(super) fn number_of(&mut self, stroke: &Stroke) -> usize {
         let brush = stroke.brush();
         let is_blended = match brush {
@@ -80,7 +76,6 @@ impl Materials {
         &self.all[number]
     }
 
-    /// Index in the file of a material with this number.
     pub(super) fn in_file(&self, number: usize) -> usize {
         self.in_file[number]
     }
@@ -89,7 +84,6 @@ impl Materials {
         self.json.clone()
     }
 
-    /// Names of the extensions that the materials use.
     pub(super) fn extensions(&self) -> impl Iterator<Item = &'static str> {
         let uses = |name: &&str| self.all.iter().any(|material| material.extension().0 == *name);
         EXTENSIONS.into_iter().filter(uses)
@@ -114,7 +108,6 @@ impl Material {
         }
     }
 
-    /// The extension that the material needs, and its contents.
     fn extension(&self) -> (&'static str, Value) {
         let Some((brush, ..)) = self.brush else { return ("", Value::Null) };
         if brush.draw == Draw::Additive {

@@ -16,7 +16,6 @@ const UNSIGNED_SHORT: u32 = 5123;
 /// Largest distance between two neighbouring grid positions, metres: a small part of the width of the thinnest strokes.
 const MOST_STEP_M: f32 = 0.000_5;
 
-/// A grid of 65,536 positions on each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
     pub(super) origin: Vec3,
@@ -48,12 +47,10 @@ pub(super) struct Layout {
     pub(super) has_small_uvs: bool,
 }
 
-/// An attribute of vertices.
 pub(super) struct Attribute {
     pub(super) name: &'static str,
     /// Offset in the vertex, bytes.
     pub(super) offset: usize,
-    /// glTF's number for the component type.
     pub(super) component: u32,
     pub(super) is_normalized: bool,
     /// glTF's name for the type, such as `VEC3`.

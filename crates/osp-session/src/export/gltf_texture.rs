@@ -18,7 +18,6 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// The number of the texture of a brush, if it has one. O(texels) for a new brush.
     pub(super) fn number_of(&mut self, brush: &Brush, at_rest: &BrushAtRest) -> Option<usize> {
         if !at_rest.has_texture() {
             return None;

@@ -9,7 +9,6 @@ use crate::{
     scene::Scene,
 };
 
-/// A control point of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KeptPoint {
     /// Time, seconds.
@@ -22,7 +21,6 @@ pub(super) struct KeptPoint {
     pub(super) pressure: f32,
 }
 
-/// A stroke as it was drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct KeptStroke {
     pub(super) id: StrokeId,
@@ -44,7 +42,6 @@ pub struct KeptStrokes {
     pub(super) scene: Scene,
     strokes: Vec<KeptStroke>,
     places: HashMap<StrokeId, usize>,
-    /// Number of recorded head poses.
     pub(super) heads: u64,
 }
 

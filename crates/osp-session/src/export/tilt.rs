@@ -30,12 +30,9 @@ const LONG_SKETCH_VERSION: u32 = 6;
 /// Upper bound of the total size of the zip's headers, its directory and the metadata, bytes.
 const ZIP_ROOM_BYTES: u64 = 1 << 25;
 
-/// Counts of a written sketch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TiltCounts {
-    /// Number of strokes.
     pub strokes: u64,
-    /// Number of control points.
     pub points: u64,
     /// One line for each kind of data that the file lacks or stores in another form.
     pub notes: Vec<String>,

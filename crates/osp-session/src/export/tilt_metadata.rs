@@ -57,7 +57,6 @@ impl Brushes {
     }
 }
 
-/// The layers of a session at its end.
 pub(super) struct Layers {
     /// For each layer of the session, its index in the file.
     places: BTreeMap<u32, u32>,

@@ -31,11 +31,9 @@ fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
 /// back exactly. It tries all floats within this number of units in the last place.
 const INVERSE_REACH: u32 = 8;
 
-/// A stroke that is ready to be written.
 pub(super) struct TiltStroke<'s> {
     stroke: &'s KeptStroke,
     motion: Motion,
-    /// GUID of the stroke's brush.
     pub(super) guid: &'s str,
     /// For a stroke without a brush, the brush that replaces it. It determines how pressures become widths.
     pub(super) plain: Option<&'static Brush>,
@@ -45,10 +43,8 @@ pub(super) struct TiltStroke<'s> {
 
 /// Brush, layer and group of a stroke in a file.
 pub(super) struct Place {
-    /// Index in the table of brushes.
     pub(super) brush: u32,
     pub(super) layer: u32,
-    /// Number of the group; 0 for none.
     pub(super) group: u32,
 }
 

@@ -8,7 +8,6 @@ use osp::math::{rotate, unit};
 /// A similarity transform with an optional reflection. It negates x first, then scales, rotates and translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Whether x is negated.
     pub is_mirrored: bool,
     /// The transform after the reflection.
     pub to: Transform,

@@ -24,7 +24,6 @@ const WHOLE_MARGIN: f32 = 1.04;
 /// Number of frames of a full circle of the orbiting cameras.
 const FRAMES_A_ROUND: f64 = 720.0;
 
-/// Camera of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraChoice {
     /// The recorded head path if the session has one, else the session's own camera, else [`CameraChoice::Orbit`].
@@ -38,7 +37,6 @@ pub enum CameraChoice {
 }
 
 impl CameraChoice {
-    /// All choices.
     pub const ALL: &'static [Self] = &[Self::Auto, Self::Orbit, Self::Follow, Self::Inside];
 
     /// The choice's name on the command line.
@@ -55,11 +53,9 @@ impl CameraChoice {
 /// The poses of head and hand in a frame, from which a camera follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
-    /// Number of the frame.
     pub frame: u64,
     /// Latest head pose: position, and rotation to world space.
     pub head: Option<(Vec3, Quat)>,
-    /// Latest sample of the hand.
     pub hand: Option<Vec3>,
     /// The author whose head and hand are stored: the first with a head pose since the start, or since the previous
     /// author left. `None` before this pose.
@@ -67,7 +63,6 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Stores the poses of an event.
     pub fn note(&mut self, event: &Event) {
         match event {
             Event::Head { p, q, author, .. } if *self.author.get_or_insert(*author) == *author => {
@@ -200,7 +195,6 @@ pub fn still_view(
     CameraPath::new(CameraChoice::Auto, camera, bounds).view(&Moment::default()).with_aspect(aspect)
 }
 
-/// The camera of a replay: the view at every frame.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPath {
     choice: CameraChoice,
@@ -222,7 +216,6 @@ impl CameraPath {
         Self { choice, fixed, center, radius_m }
     }
 
-    /// The view of a frame.
     pub fn view(&self, moment: &Moment) -> View {
         match self.choice {
             CameraChoice::Auto => match (moment.head, self.fixed) {

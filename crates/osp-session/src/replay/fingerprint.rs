@@ -32,13 +32,11 @@ impl SetFingerprint {
         Self { sum, count }
     }
 
-    /// Adds polygons that are not yet in the set.
     pub fn add(&mut self, other: Self) {
         self.sum = self.sum.wrapping_add(other.sum);
         self.count += other.count;
     }
 
-    /// Number of polygons of the set.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -79,12 +77,10 @@ impl SessionFingerprint {
         self.frames += 1;
     }
 
-    /// The fingerprint as a number.
     pub fn value(&self) -> u64 {
         self.hash
     }
 
-    /// Number of frames added.
     pub fn frames(&self) -> u64 {
         self.frames
     }

@@ -56,7 +56,6 @@ impl Lane {
         Self { frames_a_view: Some(frames_a_view.max(1)), ..self }
     }
 
-    /// The pipeline.
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
     }
@@ -102,16 +101,13 @@ impl Lane {
     }
 }
 
-/// The result of a lane in a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneFrame {
     /// Cost of applying the frame's events to the model, which all lanes share.
     pub applying: Stage,
-    /// Times and counts of the frame.
     pub record: FrameRecord,
     /// Fingerprint of the polygons in the frustum; see [`crate::replay::fingerprint_of_frame`].
     pub in_view: u64,
-    /// Fingerprint of the drawn polygons.
     pub drawn: u64,
     /// Whether the lane skipped the frames before this frame. The times then include the changes of the skipped frames.
     pub catches_up: bool,
@@ -182,7 +178,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.player.scene()
     }
 
-    /// Changes of the last frame.
     pub fn changes(&self) -> &[Change] {
         self.player.changes()
     }
@@ -198,7 +193,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         &self.rig_views
     }
 
-    /// The lanes.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
     }

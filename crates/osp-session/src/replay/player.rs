@@ -11,9 +11,7 @@ use osp::{
 /// A session after a number of frames: the model, and the poses of head and hand.
 #[derive(Clone, Debug, Default)]
 pub struct SessionState {
-    /// The model.
     pub scene: Scene,
-    /// The poses, and the number of frames played.
     pub moment: Moment,
 }
 
@@ -146,7 +144,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         self.state
     }
 
-    /// The events of the last frame.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -156,7 +153,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         self.applying
     }
 
-    /// Changes of the last frame.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }
@@ -166,7 +162,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         Moment { frame: self.frames().saturating_sub(1), ..self.state.moment }
     }
 
-    /// Number of frames played so far.
     pub fn frames(&self) -> u64 {
         self.state.moment.frame
     }

@@ -4,7 +4,6 @@ use crate::rig::{Eye, Rig, RoomPlace, Stereo};
 use osp::math::Aabb;
 use osp::view::View;
 
-/// Largest near distance of the views on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
 
 /// Smallest distance of an eye from a screen, metres. An eye that is nearer or behind the screen can be moved to this
@@ -32,7 +31,6 @@ pub enum RoomMotion {
 }
 
 impl RoomMotion {
-    /// All choices.
     pub const ALL: &'static [Self] = &[Self::Follows, Self::Stands];
 
     /// The motion's name on the command line.
@@ -47,9 +45,7 @@ impl RoomMotion {
 /// The view of an eye on a screen in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigView {
-    /// Index of the screen in the rig.
     pub screen: usize,
-    /// The eye.
     pub eye: Eye,
     /// The view; `None` if the eye is not in front of the screen.
     pub view: Option<View>,
@@ -79,7 +75,6 @@ impl RigPath {
         Self { keeps_in_front: true, ..self }
     }
 
-    /// The rig.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }
@@ -89,7 +84,6 @@ impl RigPath {
         self.stereo
     }
 
-    /// Motion of the room.
     pub fn motion(&self) -> RoomMotion {
         self.motion
     }

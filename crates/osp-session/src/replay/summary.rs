@@ -10,13 +10,9 @@ use osp::{math::Aabb, polygon::Change};
 pub struct Summary {
     /// Counts of strokes, points, polygons and omitted parts.
     pub counts: SceneCounts,
-    /// Number of frames at the given pace.
     pub frames: u64,
-    /// Number of head poses.
     pub heads: u64,
-    /// Number of erase events.
     pub erases: u64,
-    /// Number of undo and redo events.
     pub undos: u64,
     /// Number of move, group and place events.
     pub moves: u64,

@@ -2,10 +2,8 @@ use std::collections::BTreeSet;
 
 use super::history::History;
 
-/// An author of a session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AuthorInfo {
-    /// The name with which the author joined.
     pub name: String,
     /// Colour for the author's work: red, green, blue, sRGB; `None` if the author has chosen none.
     pub color: Option<(f32, f32, f32)>,
@@ -15,7 +13,6 @@ pub struct AuthorInfo {
     pub left_secs: Option<f64>,
 }
 
-/// State of an author in a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AuthorState {
     /// Data of the join; `None` for the sole author of a recording without authors.

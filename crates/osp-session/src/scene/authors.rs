@@ -44,12 +44,10 @@ impl Scene {
         self.authors.get(&author)?.info.as_ref()
     }
 
-    /// Whether the author has an edit to undo.
     pub fn can_undo_of(&self, author: Author) -> bool {
         self.authors.get(&author).is_some_and(|state| state.history.can_undo())
     }
 
-    /// Whether the author has an edit to redo.
     pub fn can_redo_of(&self, author: Author) -> bool {
         self.authors.get(&author).is_some_and(|state| state.history.can_redo())
     }

@@ -5,13 +5,18 @@ use crate::recording::Transform;
 /// An edit in an author's undo history. Strokes and groups are indices of the scene's lists.
 #[derive(Clone, Debug)]
 pub(super) enum Edit {
-    /// A stroke was drawn.
-    Draw { stroke: u32 },
-    /// A stroke was erased.
-    Erase { stroke: u32 },
+    Draw {
+        stroke: u32,
+    },
+    Erase {
+        stroke: u32,
+    },
     /// Strokes or a group were arranged. Stores the arrangement's index in the [log](super::log::Log), and the number
     /// of strokes that it lists.
-    Arrange { at: u64, named: u32 },
+    Arrange {
+        at: u64,
+        named: u32,
+    },
     /// Several edits that form one step, in order.
     Several(Vec<Edit>),
 }
@@ -25,7 +30,6 @@ impl Edit {
         }
     }
 
-    /// Number of strokes that the edit lists.
     pub(super) fn named(&self) -> usize {
         match self {
             Self::Draw { .. } | Self::Erase { .. } => 0,
@@ -35,7 +39,6 @@ impl Edit {
     }
 }
 
-/// A stroke of an arrangement, with a value of type `T`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Named<T> {
     pub(super) stroke: u32,
@@ -58,14 +61,19 @@ pub(super) enum Arrangement {
     /// No effect remains.
     #[default]
     Nothing,
-    /// Strokes were moved.
     Move(Vec<Named<Translation>>),
     /// Strokes became members of a group.
     Group(Box<Grouping>),
-    /// A group was placed.
-    Place { group: usize, before: Transform, to: Transform },
+    Place {
+        group: usize,
+        before: Transform,
+        to: Transform,
+    },
     /// Strokes were assigned to a layer. The values are the strokes' former layers.
-    Assign { layer: u32, strokes: Vec<Named<u32>> },
+    Assign {
+        layer: u32,
+        strokes: Vec<Named<u32>>,
+    },
 }
 
 /// The parent of a group, if any.
@@ -75,7 +83,6 @@ pub(super) type Parent = Option<usize>;
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     pub(super) group: usize,
-    /// The members, each with its former group.
     pub(super) members: Vec<Named<Option<usize>>>,
     /// The parent that the grouping sets. `None` if a later permanent grouping also sets a parent.
     /// [`GroupParents`](super::parents::GroupParents) stores whether the grouping has an effect.

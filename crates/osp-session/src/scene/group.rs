@@ -8,7 +8,6 @@ use osp::math::{Aabb, rotate};
 /// Largest nesting depth of groups. Deeper nesting is refused, so a walk to the root is short.
 pub(super) const MAX_GROUP_DEPTH: usize = 64;
 
-/// The identity transform.
 const IDENTITY: Transform = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 };
 
 /// A group: a transform from its own space to its parent's space, or to world space.
@@ -23,7 +22,6 @@ pub(super) struct Group {
     /// The layers of these strokes, and the number of strokes on each.
     layers: BTreeMap<u32, u32>,
     children: BTreeSet<usize>,
-    /// Number of children by the height of their subtree.
     heights: BTreeMap<usize, u32>,
     /// Whether the group was placed or got another parent since its strokes were last updated.
     has_moved: bool,
@@ -78,7 +76,6 @@ impl Group {
     }
 }
 
-/// The groups of a scene, a forest.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Groups {
     groups: Vec<Group>,
@@ -126,7 +123,6 @@ impl Groups {
         self.groups[group].name.as_deref()
     }
 
-    /// Sets a group's name; returns the former name.
     pub(super) fn set_name(&mut self, group: usize, name: Option<String>) -> Option<String> {
         std::mem::replace(&mut self.groups[group].name, name)
     }
@@ -220,7 +216,6 @@ impl Groups {
         true
     }
 
-    /// Sets a group's parent, if possible. Returns whether the parent was set.
     pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
         let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
         if can {
@@ -392,7 +387,6 @@ impl Groups {
         p
     }
 
-    /// Scale factor from a group's space to world space.
     pub(super) fn scale_to_world(&self, mut group: Option<usize>) -> f32 {
         let mut scale = 1.0;
         while let Some(at) = group {

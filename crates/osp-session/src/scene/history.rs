@@ -27,9 +27,7 @@ struct OpenStep {
 /// Edits that a history has dropped.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lost {
-    /// Undone edits, which can no longer be redone.
     pub(super) undone: Vec<Edit>,
-    /// Edits that can no longer be undone.
     pub(super) done: Vec<Edit>,
 }
 
@@ -101,7 +99,6 @@ impl History {
         edit.inspect(|edit| self.named -= edit.named()).is_some()
     }
 
-    /// Forgets all edits.
     pub(super) fn forget_all(&mut self) -> Lost {
         let all = std::mem::take(self);
         Lost { undone: all.undone, done: all.done.into() }

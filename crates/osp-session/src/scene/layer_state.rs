@@ -3,9 +3,7 @@ use crate::recording::Author;
 /// Properties of a layer that events have set. Properties that are `None` are those of the session's header.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LayerState {
-    /// The layer's name.
     pub name: Option<String>,
-    /// Whether the layer's strokes are hidden.
     pub hidden: Option<bool>,
     /// Whether the window refuses to edit the layer's strokes.
     pub locked: Option<bool>,

@@ -6,7 +6,6 @@ use super::{LayerState, Scene, edit::Arrangement};
 use crate::recording::{Author, StrokeId};
 
 impl Scene {
-    /// Properties of the layers that events have set, by layer number.
     pub fn layer_states(&self) -> &BTreeMap<u32, LayerState> {
         &self.layers
     }

@@ -19,7 +19,6 @@ use crate::recording::Transform;
 pub(super) struct Log {
     /// Active arrangements by index.
     active: BTreeMap<u64, Arrangement>,
-    /// Undone arrangements that can be redone, by index.
     undone: BTreeMap<u64, Arrangement>,
     /// Indices of arrangements, by the properties that they set.
     index: BTreeSet<(State, Key, u64)>,
@@ -98,7 +97,6 @@ impl StrokeValue for u32 {
 }
 
 impl Log {
-    /// Adds an active arrangement; returns its index.
     pub(super) fn add(&mut self, what: Arrangement) -> u64 {
         let at = self.next;
         self.next += 1;

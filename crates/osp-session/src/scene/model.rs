@@ -45,11 +45,9 @@ pub struct SceneCounts {
     pub strokes: u64,
     /// Number of control points of strokes.
     pub points: u64,
-    /// Number of polygons created, visible or not.
     pub polygons: u64,
     /// Number of currently visible polygons.
     pub visible: u64,
-    /// Number of currently erased strokes.
     pub erased_strokes: u64,
     /// Number of events without effect: an unknown stroke or group, a stroke number used twice, an undo without edits.
     pub ignored_events: u64,
@@ -76,7 +74,6 @@ impl SceneWork {
     }
 }
 
-/// A view stored in a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownView {
     /// Position of the eye, world space.
@@ -156,12 +153,10 @@ impl Scene {
     /// than a million strokes in total.
     pub const UNDO_DEPTH: usize = History::DEPTH;
 
-    /// An empty scene.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Counts of the scene.
     pub fn counts(&self) -> SceneCounts {
         self.counts
     }
@@ -259,7 +254,6 @@ impl Scene {
         self.stroke_by_id.get(&id).map(|&at| &self.strokes[at as usize])
     }
 
-    /// The polygons that are visible now, ascending.
     pub fn visible_ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
         (0..self.polygon_count() as u32).map(PolygonId).filter(|&id| self.is_visible(id))
     }

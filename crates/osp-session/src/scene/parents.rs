@@ -60,7 +60,6 @@ impl Line {
 /// The timelines of the parents of all groups; see the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct GroupParents {
-    /// The timelines by group.
     lines: Vec<Option<Box<Line>>>,
     /// Number of active groupings that set a parent.
     count: usize,
@@ -149,7 +148,6 @@ impl GroupParents {
         self.count += 1;
     }
 
-    /// Removes a grouping. Returns whether it had an effect.
     fn remove(&mut self, time: Time, group: usize, parent: Option<usize>) -> bool {
         let line = self.line_mut(group);
         let held = line.held.remove(&time).is_some();

@@ -12,7 +12,6 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// A stroke and its state in the scene.
 #[derive(Clone, Debug)]
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
@@ -38,7 +37,6 @@ pub struct Stroke {
     pub(super) fixed: u32,
     /// Whether the stroke has samples that [`Scene::paint`](super::Scene::paint) has not processed.
     pub(super) is_unpainted: bool,
-    /// Number of authors that have erased the stroke.
     pub(super) erasers: u16,
     pub(super) author: u16,
     pub(super) undone: bool,
@@ -54,7 +52,6 @@ pub struct Stroke {
     pub(super) is_unreported: bool,
     /// Whether the stroke was transformed while it was invisible, without a reported change.
     pub(super) was_displaced_unseen: bool,
-    /// The builder of the stroke, until the stroke ends.
     pub(super) builder: Option<Box<StrokeBuilder>>,
 }
 
@@ -94,7 +91,6 @@ impl Stroke {
         self.id
     }
 
-    /// The stroke's author.
     pub fn author(&self) -> Author {
         Author(u32::from(self.author))
     }
@@ -134,12 +130,10 @@ impl Stroke {
         self.was_displaced_unseen
     }
 
-    /// The stroke's offset, in the space of its group.
     pub fn offset(&self) -> Vec3 {
         self.offset
     }
 
-    /// Whether the stroke has not ended.
     pub fn is_open(&self) -> bool {
         self.builder.is_some()
     }
@@ -185,7 +179,6 @@ impl Stroke {
         if padding > 0.0 { Aabb { min: bounds.min - padding, max: bounds.max + padding } } else { bounds }
     }
 
-    /// The ids of the stroke's polygons, in order of creation.
     pub fn polygon_ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
         self.polygons.iter().flat_map(|r| r.clone().map(PolygonId))
     }

@@ -9,15 +9,10 @@ use osp::math::{Aabb, rotate};
 /// A group, and counts of the visible contents of its subtree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupNode {
-    /// The group's number.
     pub id: GroupId,
-    /// The group's name, if it has one.
     pub name: Option<String>,
-    /// The parent group.
     pub parent: Option<GroupId>,
-    /// Number of ancestors.
     pub depth: usize,
-    /// The group's transform.
     pub to: Transform,
     /// Number of visible strokes in the subtree.
     pub strokes: u64,
@@ -64,13 +59,11 @@ impl Scene {
         nodes
     }
 
-    /// The parent of a group.
     pub fn parent_of(&self, id: GroupId) -> Option<GroupId> {
         let parent = self.groups.parent(self.groups.find(id)?)?;
         Some(self.groups.id(parent))
     }
 
-    /// Transform of a group; `None` if there is no such group.
     pub fn group_transform(&self, id: GroupId) -> Option<Transform> {
         self.groups.find(id).map(|group| self.groups.transform(group))
     }
@@ -105,7 +98,6 @@ impl Scene {
         )
     }
 
-    /// The name of a group.
     pub fn group_name(&self, id: GroupId) -> Option<&str> {
         self.groups.name(self.groups.find(id)?)
     }
@@ -123,7 +115,6 @@ impl Scene {
         (first..=last).chain(0..first).map(GroupId).filter(|&id| self.groups.find(id).is_none())
     }
 
-    /// The strokes in a group's subtree.
     pub fn strokes_below(&self, id: GroupId) -> Vec<StrokeId> {
         let mut walk: Vec<usize> = self.groups.find(id).into_iter().collect();
         let mut ids = Vec::new();

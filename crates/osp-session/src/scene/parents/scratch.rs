@@ -11,10 +11,10 @@ pub(super) enum Reason {
     /// The grouping was added, removed or redone.
     Edit,
     /// The parent that the grouping sets is reached.
-    Toward { group: usize },
-    /// The grouping's group is reached.
+    Toward {
+        group: usize,
+    },
     Own,
-    /// The grouping's group is above.
     Above,
 }
 

@@ -46,7 +46,10 @@ const MOST_COLORS: usize = 1024;
 ///
 /// # Errors
 /// The file cannot be read, is too large for memory, or its JSON is damaged.
-pub(in crate::recording) fn open_gltf(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+pub(in crate::recording) fn open_gltf(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
     let path = input.path;
     let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
     let file = File::read(input, &options.limits, &mut damage)?;
