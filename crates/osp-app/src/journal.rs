@@ -29,7 +29,7 @@ use osp_session::{
 
 pub use autosaves::{Autosave, Autosaves};
 pub(super) use autosaves::{OURS, source_of_copy};
-pub(super) use history::{Lines, Text};
+pub(super) use history::{Lines, Log, SourceFile};
 pub use lock::OpenElsewhere;
 pub(super) use lock::{NotTaken, SessionLock};
 pub(super) use session_file::SessionFile;
@@ -153,6 +153,12 @@ impl Journal {
         autosaves: &Autosaves,
     ) -> Result<Self, RecordingError> {
         Self::new(None, path.to_owned(), header, autosaves)
+    }
+
+    /// Keeps this file in place of the events' lines, until the first edit.
+    pub(super) fn hold(mut self, source: SourceFile) -> Self {
+        self.history.hold(source);
+        self
     }
 
     /// Adds events that were read from the session's file.
@@ -284,13 +290,14 @@ impl Journal {
     ///
     /// # Errors
     /// The machine has not enough memory for them.
-    pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
+    pub(super) fn events_of(&mut self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
+        self.history.write_lines().map_err(std::io::Error::other)?;
         self.history.events_of(strokes)
     }
 
     /// A copy of all events for another thread.
-    pub(super) fn text(&self) -> Text {
-        self.history.text()
+    pub(super) fn log(&self) -> Log {
+        self.history.log()
     }
 
     /// Writes the added events to the file: immediately or, if the file fails, later.
@@ -408,6 +415,7 @@ impl Journal {
             return Err(SaveError::Name(to.to_owned()));
         }
         let failed = |cause| SaveError::Failed { path: to.to_owned(), cause };
+        self.history.write_lines().map_err(|error| failed(Trouble::CannotWrite(error.to_string())))?;
         let is_own = self.is_at(to);
         if is_own {
             self.catch_up(Instant::now());
@@ -463,6 +471,7 @@ impl Journal {
     /// # Errors
     /// The machine has not enough memory; nothing has changed.
     pub(super) fn discard(&mut self) -> Result<Vec<Event>, RecordingError> {
+        self.history.write_lines()?;
         let mut history = History::new(self.history.header().clone())?;
         let mut events = Vec::new();
         let mut reader = self.history.read()?;

@@ -21,9 +21,7 @@ use osp_render::background_for;
 use osp_session::{
     export::{KeptStrokes, PolygonTimes},
     platform::{fs, time::Instant},
-    recording::{
-        AUTHORS_FORMAT, Author, Event, EventSource, GroupId, Header, Limits, RecordingError, StrokeId,
-    },
+    recording::{AUTHORS_FORMAT, Author, Event, GroupId, Header, Limits, RecordingError, StrokeId},
     scene::{GroupNode, Scene},
 };
 
@@ -153,7 +151,7 @@ impl Session {
     ///
     /// # Errors
     /// The machine has not enough memory for them.
-    pub fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
+    pub fn events_of(&mut self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
         self.journal.events_of(strokes)
     }
 
@@ -349,10 +347,10 @@ impl Session {
             let find = replay.find_strokes();
             return (replay.events_played(), Box::new(|goes_on| Ok(find(goes_on))));
         }
-        let text = self.journal.text();
+        let log = self.journal.log();
         let find = move |goes_on: &dyn Fn(u64) -> bool| {
             let (mut kept, mut count) = (KeptStrokes::default(), 0);
-            let mut events = text.read()?;
+            let mut events = log.read()?;
             while let Some(event) = events.next_event()? {
                 kept.note(&event);
                 count += 1;

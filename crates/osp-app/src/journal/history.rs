@@ -2,14 +2,17 @@ use std::{
     borrow::Cow,
     collections::{BTreeSet, HashMap},
     io::{self, BufRead, Read, Write},
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
 use osp_session::{
-    platform::zstd,
+    platform::{fs, zstd},
     recording::{
-        Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
+        self, Event, EventSource, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId,
+        read_event,
     },
+    small_file::open_regular,
 };
 
 /// Size of a block of text that is compressed in one call, bytes. Compressing a block takes the window's thread about a
@@ -22,9 +25,13 @@ const COMPRESSION_LEVEL: i32 = 1;
 
 /// The lines of all events of a session in memory, the same as in its file. If the file is lost or damaged, the session
 /// is written again from these lines.
+///
+/// A session that another file holds compactly has no lines until the first of them is needed.
 #[derive(Debug)]
 pub(super) struct History {
     lines: RonWriter<Text>,
+    /// The file with all events, until the lines are written.
+    source: Option<SourceFile>,
     header: Header,
     /// For each stroke, the range of bytes from its first line to the end of its last line.
     strokes: HashMap<StrokeId, (u64, u64)>,
@@ -37,7 +44,29 @@ impl History {
     /// The header has an invalid number.
     pub(super) fn new(header: Header) -> Result<Self, RecordingError> {
         let lines = RonWriter::new(Text::default(), "the session", &header, Flush::EachEvent)?;
-        Ok(Self { lines, header, strokes: HashMap::new() })
+        Ok(Self { lines, source: None, header, strokes: HashMap::new() })
+    }
+
+    /// The empty history of a session that is then read from this file.
+    pub(super) fn hold(&mut self, source: SourceFile) {
+        self.source = Some(source);
+    }
+
+    /// Writes the lines of all events, if the history has none. Without this call only [`History::events`],
+    /// [`History::push`] and [`History::log`] are available.
+    ///
+    /// # Errors
+    /// The machine has not enough memory; nothing has changed.
+    pub(super) fn write_lines(&mut self) -> Result<(), RecordingError> {
+        let Some(source) = &self.source else { return Ok(()) };
+        let mut written = Self::new(self.header.clone())?;
+        let mut session = source.open()?;
+        while let Some(event) = session.events.next_event()? {
+            let line = session.events.line().filter(|line| line.len() <= KEPT_LINE_BYTES);
+            written.push_with(&event, line.unwrap_or_default())?;
+        }
+        *self = written;
+        Ok(())
     }
 
     /// The session's header.
@@ -50,7 +79,8 @@ impl History {
     /// # Errors
     /// The event is invalid in a recording; the history has not changed.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.append(event, |lines| lines.write(event))
+        self.write_lines()?;
+        self.push_with(event, "")
     }
 
     /// Appends events that were read, with their lines if the file has lines.
@@ -58,24 +88,26 @@ impl History {
     /// # Errors
     /// An event is invalid in a recording; the events before it were appended.
     pub(super) fn push_read(&mut self, lines: &Lines) -> Result<(), RecordingError> {
+        if let Some(source) = &mut self.source {
+            source.events += lines.events.len() as u64;
+            let invalid = lines.events.iter().find(|event| event.check().is_err());
+            return invalid.map_or(Ok(()), |event| self.lines.write(event));
+        }
         let mut start = 0;
         for (event, &end) in lines.events.iter().zip(&lines.ends) {
-            match &lines.text[start..end] {
-                "" => self.push(event)?,
-                line => self.append(event, |lines| lines.write_line(line))?,
-            }
+            self.push_with(event, &lines.text[start..end])?;
             start = end;
         }
         Ok(())
     }
 
-    fn append(
-        &mut self,
-        event: &Event,
-        write: impl FnOnce(&mut RonWriter<Text>) -> Result<(), RecordingError>,
-    ) -> Result<(), RecordingError> {
+    /// Appends an event with its line, or with a new line if this one is empty.
+    fn push_with(&mut self, event: &Event, line: &str) -> Result<(), RecordingError> {
         let start = self.bytes();
-        write(&mut self.lines)?;
+        match line {
+            "" => self.lines.write(event)?,
+            line => self.lines.write_line(line)?,
+        }
         let end = self.bytes();
         match event {
             Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
@@ -141,7 +173,7 @@ impl History {
 
     /// Number of events.
     pub(super) fn events(&self) -> u64 {
-        self.lines.lines() - 1
+        self.source.as_ref().map_or(self.lines.lines() - 1, |source| source.events)
     }
 
     /// The text from byte `from` on, block by block. If a line begins at this byte, each piece consists of complete
@@ -163,9 +195,71 @@ impl History {
         self.lines.get_ref().read()
     }
 
-    /// A copy of the text for another thread. It shares the compressed blocks.
-    pub(super) fn text(&self) -> Text {
-        self.lines.get_ref().clone()
+    /// A copy of all events for another thread. It shares the memory of the compressed blocks or of the file.
+    pub(super) fn log(&self) -> Log {
+        match &self.source {
+            Some(source) => Log::Source(source.clone()),
+            None => Log::Text(self.lines.get_ref().clone()),
+        }
+    }
+}
+
+/// All events of a session so far.
+#[derive(Debug)]
+pub(crate) enum Log {
+    Source(SourceFile),
+    Text(Text),
+}
+
+impl Log {
+    /// A reader of the events.
+    ///
+    /// # Errors
+    /// The machine has not enough memory for a block.
+    pub(crate) fn read(&self) -> Result<Box<dyn EventSource + '_>, RecordingError> {
+        Ok(match self {
+            Self::Source(source) => source.open()?.events,
+            Self::Text(text) => Box::new(text.read()?),
+        })
+    }
+}
+
+/// A session's file in memory, in a format that takes less memory than the lines of its events.
+#[derive(Clone, Debug)]
+pub(crate) struct SourceFile {
+    path: PathBuf,
+    bytes: Arc<[u8]>,
+    options: OpenOptions,
+    /// Number of events read.
+    events: u64,
+}
+
+impl SourceFile {
+    /// Reads a file of this format into memory. `None` if its lines take less memory, or it is too large.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(crate) fn read(
+        path: &Path,
+        format: &str,
+        options: OpenOptions,
+    ) -> Result<Option<Self>, RecordingError> {
+        if !["tilt", "apa", "ron.zst"].contains(&format) || !fs::is_file(path) {
+            return Ok(None);
+        }
+        let (mut bytes, most) = (Vec::new(), options.limits.whole_bytes());
+        let read = open_regular(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes));
+        read.map_err(|error| RecordingError::io(path, error))?;
+        let source = Self { path: path.to_owned(), bytes: bytes.into(), options, events: 0 };
+        Ok(Some(source).filter(|source| source.bytes.len() as u64 <= most))
+    }
+
+    /// A reader of the file.
+    ///
+    /// # Errors
+    /// The file's beginning is damaged.
+    pub(crate) fn open(&self) -> Result<recording::Session, RecordingError> {
+        recording::open_bytes(&self.path, Arc::clone(&self.bytes), &self.options)
     }
 }
 
@@ -219,7 +313,7 @@ impl Text {
     ///
     /// # Errors
     /// The machine has not enough memory for a block.
-    pub(crate) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
+    fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
         let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
         RonReader::new(reader, "the session", OpenOptions::default())
     }

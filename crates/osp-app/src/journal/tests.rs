@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::{Access, OpenError, Opening, Session};
-use osp_session::recording::{self, Author, OpenOptions, StrokeId};
+use osp_session::recording::{self, Author, Flush, OpenOptions, RonWriter, StrokeId};
 
 struct Desk {
     folder: tempfile::TempDir,

@@ -11,7 +11,9 @@ use super::{
     opening::{Access, OpenError, Opened, Opening},
     reader::{SessionReader, Started},
 };
-use crate::journal::{Autosaves, Journal, NotTaken, OURS, SessionFile, SessionLock, Trouble, source_of_copy};
+use crate::journal::{
+    Autosaves, Journal, NotTaken, OURS, SessionFile, SessionLock, SourceFile, Trouble, source_of_copy,
+};
 use osp_session::{
     atomic_file::Destination,
     platform::fs,
@@ -140,7 +142,7 @@ impl Session {
                 let is_asked_for = how.access == Access::Copy && !how.lenient;
                 let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
                 let is_import = !is_asked_for && !session.header.source.starts_with(OURS);
-                let mut reader = Self::to_copy(session, path, why, autosaves)?;
+                let mut reader = Self::to_copy(session, path, why, autosaves, how)?;
                 (reader.session.earlier, reader.session.is_import) = (earlier, is_import);
                 reader
             }
@@ -172,6 +174,7 @@ impl Session {
         }
         let session = recording::open(path, &how.options())?;
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
+        let (session, journal) = held(session, journal, path, how)?;
         let remark = format!("{}: opened read-only", path.display());
         // A read-only session has no file to release.
         let reader = SessionReader::new(session, journal, SessionFile::release);
@@ -269,18 +272,33 @@ impl Session {
         path: &Path,
         why: &str,
         autosaves: &Autosaves,
+        how: Opening,
     ) -> Result<SessionReader, RecordingError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = source_of_copy(path, &session.header.source);
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
+        let (session, journal) = held(session, journal, path, how)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let remark = format!("{name}: {why}, so you draw on a copy, which is saved by itself");
         let mut reader = SessionReader::new(session, journal, SessionFile::release);
         reader.session.original = Some(path.to_owned());
         Ok(reader.remarking(None, Some(remark)))
     }
+}
+
+/// Reads a session from a copy of its file in memory, which the journal keeps until the first edit.
+fn held(
+    session: recording::Session,
+    journal: Journal,
+    path: &Path,
+    how: Opening,
+) -> Result<(recording::Session, Journal), RecordingError> {
+    Ok(match SourceFile::read(path, session.format, how.options())? {
+        Some(source) => (source.open()?, journal.hold(source)),
+        None => (session, journal),
+    })
 }
 
 /// The folder of a file, if this folder does not exist.

@@ -47,3 +47,35 @@ fn a_remark_behind_an_event_takes_no_memory() {
     assert_eq!(text.lines().skip(1).take(2).collect::<Vec<_>>(), ["Undo(t:0.0)", "Undo(t:0)"]);
     copy.close().expect("written");
 }
+
+#[test]
+fn a_sketch_that_is_only_viewed_has_no_lines_and_its_first_edit_needs_no_other_file() {
+    let desk = Desk::new();
+    let path = desk.path("a.ron.zst");
+    let undo = |n: u32| Event::Undo { author: Author::SOLE, t: f64::from(n) };
+    let mut writer = RonWriter::create(&path, &header(), Flush::AtEnd).expect("a file");
+    (0..5000).for_each(|n| writer.write(&undo(n)).expect("an event"));
+    writer.finish().expect("written");
+    let (mut copy, _) = Session::open(&path, &desk.autosaves()).expect("readable");
+    let (mut viewed, _) = Session::look_at(&path, &desk.autosaves(), Opening::default()).expect("readable");
+    for session in [&copy, &viewed] {
+        assert_eq!(session.event_count(), 5000);
+        let header_only = History::new(session.header().clone()).expect("a header");
+        assert_eq!(session.journal().history.bytes(), header_only.bytes());
+        let log = session.journal().log();
+        let mut events = log.read().expect("readable");
+        (0..5000).for_each(|n| assert_eq!(events.next_event().expect("readable"), Some(undo(n))));
+    }
+    fs::write(&path, "another file").expect("written");
+    draw(&mut copy, 1);
+    assert_eq!(events_in(copy.path()), 5001, "all of it before the next event");
+    copy.discard().expect("memory");
+    assert_eq!((copy.event_count(), copy.path().exists()), (5000, false));
+    draw(&mut copy, 2);
+    assert_eq!(events_in(copy.path()), 5002);
+    copy.close().expect("written");
+    let saved = desk.path("saved.ron");
+    viewed.save_as(&saved).expect("written");
+    assert_eq!(events_in(&saved), 5000);
+    viewed.close().expect("written");
+}
