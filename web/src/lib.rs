@@ -125,7 +125,8 @@ pub fn look(floor: bool, moment_s: Option<f32>) {
 pub fn save(name: &str) {
     let path = PathBuf::from(name);
     let is_picture = path.extension().is_some_and(|ending| ending == "png");
-    page::wish(Wish::Do(if is_picture { Command::PictureOver(path) } else { Command::ExportOver(path) }));
+    let command = if is_picture { Command::Picture(path) } else { Command::Export(path) };
+    page::wish(Wish::Do(Command::Over(Box::new(command))));
 }
 
 /// Returns the file of the open session: `{name, bytes}`.

@@ -6,7 +6,7 @@ use super::{
     tool::ToolChoice,
 };
 use osp_lab::Method;
-use osp_rivals::{IndexKind, IndexSettings};
+use osp_rivals::IndexKind;
 use osp_session::{
     brush::Brush,
     recording::GroupId,
@@ -68,8 +68,6 @@ pub enum Command {
     KeepView(u32),
     /// Go to the stored view of this number.
     GoToView(u32),
-    /// Start or stop writing each frame as a picture.
-    Frames,
     /// Move the camera back until the main part of the model is in view.
     ShowAll,
     /// Show the model from the artist's last view, or the whole model if the session has no such view.
@@ -82,8 +80,6 @@ pub enum Command {
     Freeze(bool),
     /// Insert the model into another index.
     Index(IndexKind),
-    /// Insert the model again, into an index with these settings.
-    IndexSettings(IndexSettings),
     /// Choose the method of occlusion culling.
     Occlusion(Method),
     /// Set the largest number of occluders of a view; `None` is the method's default.
@@ -116,21 +112,17 @@ pub enum Command {
     Save,
     /// Save the session under a path; the user confirms the replacement of a file.
     SaveAs(PathBuf),
-    /// Save the session under a path, and replace a file there.
-    SaveOver(PathBuf),
     /// Retry a failed write immediately.
     RetrySaving,
     /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
     Discard,
-    /// Write the model as glTF, or as a sketch if the name ends in `.tilt`; the user confirms the replacement of a
-    /// file.
+    /// Write the model as glTF (`.glb`) or as a sketch (`.tilt`), or a film of it (`.mp4`, `.gif`); the user confirms
+    /// the replacement of a file.
     Export(PathBuf),
-    /// Write the model as [`Command::Export`] does, and replace a file there.
-    ExportOver(PathBuf),
     /// Write the window's picture of the model to a file; the user confirms the replacement of a file.
     Picture(PathBuf),
-    /// Write a picture of the model, and replace a file there.
-    PictureOver(PathBuf),
+    /// Execute one of these three commands, and replace a file there without a question.
+    Over(Box<Command>),
     /// Close the window; if a part of the session could not be written, the user decides.
     Quit,
     /// Answer the window's open question.

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::{draw_cost::DrawCost, spans::Part};
 use osp::{
-    frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline, StageClock},
+    frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline},
     index::SpatialIndex,
     math::{Aabb, Ray},
     occlusion::{NodeTest, Score, ShadowVolume},
@@ -49,19 +49,13 @@ pub struct Reindexed {
     pub in_background: bool,
 }
 
-/// Results and times of picking with rays, summed since the start.
+/// Work of picking with rays, summed since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PickCounts {
     /// Number of rays.
     pub rays: u64,
     /// Number of exact polygon tests.
     pub tests: u64,
-    /// Time of all rays, nanoseconds.
-    pub total_ns: u64,
-    /// Time of the last ray, nanoseconds.
-    pub last_ns: u64,
-    /// The polygon that the last ray hit.
-    pub last: Option<PolygonId>,
 }
 
 /// Counts of searches around points, summed since the start.
@@ -77,9 +71,7 @@ pub struct ReachCounts {
 #[derive(Debug)]
 pub struct Culling {
     plan: CullingPlan,
-    root: Aabb,
     pipeline: Pipeline,
-    clock: StageClock,
     /// The stages that are on.
     pub stages: Stages,
     reindexed: Option<Reindexed>,
@@ -96,12 +88,10 @@ impl Culling {
     /// Culling with an empty index.
     pub fn new(kind: IndexKind) -> Self {
         let plan = CullingPlan::new(kind, Method::NONE);
-        let (root, pipeline) = plan.index_nothing();
+        let pipeline = plan.pipeline(&Aabb::EMPTY, 0);
         Self {
             plan,
-            root,
             pipeline,
-            clock: StageClock::default(),
             stages: Stages::default(),
             reindexed: None,
             picks: PickCounts::default(),
@@ -132,11 +122,6 @@ impl Culling {
         self.pipeline.index()
     }
 
-    /// The root cube of the index.
-    pub fn root(&self) -> Aabb {
-        self.root
-    }
-
     /// Largest number of occluders of a view; `None` without occlusion culling.
     pub fn most_occluders(&self) -> Option<usize> {
         self.pipeline.occlusion().map(OcclusionPass::most_occluders)
@@ -157,11 +142,6 @@ impl Culling {
     /// chosen; an index ignores the settings of other structures.
     pub fn set_index_settings(&mut self, settings: IndexSettings) {
         self.plan.settings = settings;
-    }
-
-    /// The settings of the index.
-    pub fn index_settings(&self) -> &IndexSettings {
-        &self.plan.settings
     }
 
     /// Sets the measure by which `auto` finds the cheapest method, from the next [`Culling::reindex`] on.
@@ -185,7 +165,7 @@ impl Culling {
         self.reindexed
     }
 
-    /// Counts and times of picking.
+    /// Counts of picking.
     pub fn picks(&self) -> PickCounts {
         self.picks
     }
@@ -217,10 +197,10 @@ impl Culling {
     }
 
     fn take(&mut self, indexed: Indexed, in_background: bool) {
-        let Indexed { plan, root, pipeline, took } = indexed;
+        let Indexed { plan, pipeline, took } = indexed;
         let polygons = pipeline.polygon_count() as u64;
         self.reindexed = Some(Reindexed { kind: plan.kind, polygons, took, in_background });
-        (self.plan, self.root, self.pipeline) = (plan, root, pipeline);
+        (self.plan, self.pipeline) = (plan, pipeline);
     }
 
     /// Applies changes to the index without a frame.
@@ -293,7 +273,6 @@ impl Culling {
         ray: &Ray,
         counts: impl Fn(&Stroke) -> bool,
     ) -> Option<(PolygonId, f32)> {
-        let start = self.clock.start();
         let mut tests = 0;
         let mut meet = |id: PolygonId| {
             tests += 1;
@@ -310,11 +289,8 @@ impl Culling {
                 found = Some((id, t));
             }
         }
-        self.picks.last_ns = self.clock.since(start).ns;
-        self.picks.total_ns += self.picks.last_ns;
         self.picks.rays += 1;
         self.picks.tests += tests;
-        self.picks.last = found.map(|(id, _)| id);
         found
     }
 

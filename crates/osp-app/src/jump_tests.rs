@@ -35,6 +35,20 @@ fn studio(folder: &Path, events: &[Event]) -> Studio {
     Studio::new(player, autosaves, IndexKind::BruteForce)
 }
 
+/// Compares the model with that of a replay which has only played to the same frame.
+fn check_played(studio: &Studio) {
+    let session = studio.session();
+    let mut fresh =
+        Session::to_play(session.path(), Pace::Samples(1), CameraChoice::Orbit).expect("a session");
+    let position = |session: &Session| session.replay().expect("a replay").position();
+    while position(&fresh) < position(session) {
+        assert!(fresh.step(&mut Vec::new()));
+    }
+    let (scene, fresh) = (session.scene(), fresh.scene());
+    assert!(scene.visible_ids().eq(fresh.visible_ids()));
+    assert!(scene.visible_ids().all(|id| scene.polygon(id) == fresh.polygon(id)));
+}
+
 /// The polygons as a painter has uploaded them.
 #[derive(Default)]
 struct Sent(Vec<ConvexPolygon>);
@@ -96,6 +110,7 @@ fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
                 );
             }
         }
+        check_played(&studio);
     }
 }
 

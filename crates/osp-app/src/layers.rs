@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use osp::{
     index::{Node, SpatialIndex, Visit, Visitor},
-    math::{Aabb, Containment, Frustum, rotate},
+    math::{Containment, Frustum, rotate},
     occlusion::ShadowVolume,
     polygon::PolygonId,
     view::View,
@@ -22,8 +22,6 @@ pub struct LayerChoice {
     pub nodes: bool,
     /// Deepest level whose boxes are drawn.
     pub node_depth: u32,
-    /// Polygons that intersect a split plane of the root, so that they cannot be inserted deeper.
-    pub straddlers: bool,
     /// The occluders and their shadow volumes.
     pub shadows: bool,
     /// Culled polygons, tinted by the reason; shown only while the culling camera is frozen.
@@ -45,7 +43,6 @@ impl Default for LayerChoice {
         Self {
             nodes: false,
             node_depth: 6,
-            straddlers: false,
             shadows: false,
             culled: true,
             cut: false,
@@ -222,12 +219,4 @@ pub(super) fn draw_cursor(view: &View, at: Vec3, radius_m: f32, color: LineColor
         at + right * angle.cos() + up * angle.sin()
     });
     out.outline(&corners, color, Depth::Through);
-}
-
-/// Polygons whose boxes intersect one of the three planes through the centre of `root`.
-pub(super) fn straddlers(scene: &Scene, root: &Aabb) -> Vec<PolygonId> {
-    let middle = root.center();
-    let lies_across =
-        |bounds: &Aabb| (0..3).any(|axis| bounds.min[axis] < middle[axis] && middle[axis] < bounds.max[axis]);
-    scene.visible_ids().filter(|&id| lies_across(&scene.bounds(id))).collect()
 }

@@ -22,7 +22,6 @@ mod draw_cost;
 mod drawing_aids;
 mod film_maker;
 mod fingers;
-mod frames;
 mod gestures;
 mod groups;
 mod handles;

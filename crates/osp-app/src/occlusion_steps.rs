@@ -78,7 +78,6 @@ pub struct StepCounts {
 pub struct OcclusionSteps {
     form: ShadowForm,
     occluders: usize,
-    /// The number of planes of the step.
     planes: usize,
     shown: Option<ViewSteps>,
     /// The view in the last frame.
@@ -89,7 +88,6 @@ pub struct OcclusionSteps {
     is_new: bool,
 }
 
-/// The steps of a view.
 #[derive(Debug)]
 struct ViewSteps {
     of: View,

@@ -8,7 +8,7 @@ use std::{
 
 use winit::event_loop::EventLoopProxy;
 
-use super::{command::Command, studio::Studio, window::Wake, working::ReplayStart};
+use super::{command::Command, studio::Studio, threads::Wake, working::ReplayStart};
 use osp_session::{platform::memory, recording::Camera};
 
 pub use osp_session::platform::USER_FOLDER;

@@ -1,6 +1,7 @@
 //! The layers of a session in the window, with their names and states. New strokes are drawn on the current layer.
 
-use osp_session::recording::{Author, Paint};
+use crate::studio::Studio;
+use osp_session::recording::{Author, Event, Paint};
 
 /// A layer as the window shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,4 +56,182 @@ pub(super) fn on_layer(paint: Option<Box<Paint>>, layer: u32) -> Option<Box<Pain
     let mut paint = paint.unwrap_or_else(|| Box::new(Paint::new("", 0)));
     paint.layer = layer;
     Some(paint)
+}
+
+impl Studio {
+    /// The layers in order. The list of a session without layers has one default layer.
+    pub fn session_layers(&self) -> Vec<LayerRow> {
+        let header = &self.session.header().layers;
+        let states = self.scene().layer_states();
+        let known = states.keys().next_back().map_or(0, |&last| last + 1);
+        let count = known.max(header.len().min(Event::MAX_LAYERS as usize) as u32).max(1);
+        (0..count).map(|layer| self.session_layer(layer)).collect()
+    }
+
+    pub(crate) fn session_layer(&self, layer: u32) -> LayerRow {
+        let header = self.session.header().layers.get(layer as usize);
+        let state = self.scene().layer_states().get(&layer);
+        let of_header = header.map(|header| header.name.clone()).filter(|name| !name.is_empty());
+        let name = state.and_then(|state| state.name.clone()).or(of_header);
+        let hidden = state.and_then(|state| state.hidden);
+        LayerRow {
+            layer,
+            name: name.unwrap_or_else(|| format!("layer {}", layer + 1)),
+            is_hidden: hidden.unwrap_or_else(|| header.is_some_and(|header| header.hidden)),
+            is_locked: self.scene().is_locked(layer),
+            owner: state.and_then(|state| state.owner).and_then(|owner| {
+                let info = self.scene().author(owner)?;
+                Some((owner, info.name.clone()))
+            }),
+            is_closed: self.scene().closed_by(layer).is_some(),
+        }
+    }
+
+    /// The current layer, on which new strokes are drawn.
+    pub fn chosen_layer(&self) -> u32 {
+        self.input.brush.layer
+    }
+
+    /// Whether this window's author may close a layer to other authors, or open it again.
+    pub fn can_close_layer(&self, layer: u32) -> bool {
+        let me = self.author();
+        let owner = self.scene().layer_states().get(&layer).and_then(|state| state.owner);
+        let is_there = |owner| self.scene().author(owner).is_some_and(|info| info.left_secs.is_none());
+        let is_free = owner.is_some_and(|owner| owner == me || !is_there(owner));
+        self.can_draw() && !me.is_sole() && layer > 0 && is_free
+    }
+
+    /// Whether another author has closed the layer to this window's author.
+    pub fn is_layer_of_others(&self, layer: u32) -> bool {
+        !self.scene().may_touch(self.author(), layer)
+    }
+
+    /// Whether an edit of the layers would have an effect now.
+    pub(crate) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
+        let chosen = self.input.brush.layer;
+        self.can_draw()
+            && match edit {
+                LayerEdit::Close(layer, _) => self.can_close_layer(*layer),
+                LayerEdit::ToggleHidden | LayerEdit::ToggleLocked => !self.is_layer_of_others(chosen),
+                LayerEdit::Name(layer, _) | LayerEdit::Hide(layer, _) | LayerEdit::Lock(layer, _) => {
+                    !self.is_layer_of_others(*layer)
+                }
+                LayerEdit::TakeSelection if self.is_layer_of_others(chosen) => false,
+                LayerEdit::New => self.session_layers().len() < Event::MAX_LAYERS as usize,
+                LayerEdit::TakeSelection => !self.input.selection.is_empty(),
+                _ => true,
+            }
+    }
+
+    pub(crate) fn edit_layers(&mut self, edit: LayerEdit) {
+        self.finish_gestures();
+        if !self.can_edit_layers(&edit) {
+            return;
+        }
+        let t = self.now_secs();
+        let chosen = self.session_layer(self.input.brush.layer);
+        let change = |layer, name, hidden, locked| Event::Layer {
+            author: Author::SOLE,
+            t,
+            layer,
+            name,
+            hidden,
+            locked,
+            mine: None,
+        };
+        match edit {
+            LayerEdit::New => {
+                let layer = self.session_layers().len() as u32;
+                let name = Some(format!("layer {}", layer + 1));
+                self.events.push(change(layer, name, Some(false), None));
+                self.input.brush.layer = layer;
+            }
+            LayerEdit::Choose(layer) => self.input.brush.layer = layer,
+            LayerEdit::Name(layer, mut name) => {
+                let end = (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev();
+                let end = end.into_iter().find(|&end| name.is_char_boundary(end));
+                name.truncate(end.unwrap_or(0));
+                self.events.push(change(layer, Some(name), None, None));
+            }
+            LayerEdit::ToggleHidden => {
+                self.events.push(change(chosen.layer, None, Some(!chosen.is_hidden), None))
+            }
+            LayerEdit::ToggleLocked => {
+                self.events.push(change(chosen.layer, None, None, Some(!chosen.is_locked)));
+            }
+            LayerEdit::Hide(layer, hidden) => self.events.push(change(layer, None, Some(hidden), None)),
+            LayerEdit::Lock(layer, locked) => self.events.push(change(layer, None, None, Some(locked))),
+            LayerEdit::Close(layer, is_closed) => {
+                let mut event = change(layer, None, None, None);
+                if let Event::Layer { mine, .. } = &mut event {
+                    *mine = Some(is_closed);
+                }
+                self.events.push(event);
+            }
+            LayerEdit::TakeSelection => {
+                // An event repeats the header's setting of the layer, so that the setting also applies to new strokes.
+                let state = self.scene().layer_states().get(&chosen.layer);
+                if state.is_none_or(|state| state.hidden.is_none()) {
+                    self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));
+                }
+                let strokes = self.input.selection.strokes().to_vec();
+                let parts = strokes.chunks(Event::MAX_STROKES_NAMED);
+                let layer = chosen.layer;
+                self.events.extend(parts.map(|part| Event::Assign {
+                    author: Author::SOLE,
+                    t,
+                    layer,
+                    strokes: part.to_vec(),
+                }));
+            }
+        }
+        self.apply_events();
+        self.deselect_locked();
+    }
+
+    /// Deselects strokes on hidden or locked layers.
+    pub(crate) fn deselect_locked(&mut self) {
+        let scene = self.session.scene();
+        let is_loose = |id: &osp_session::recording::StrokeId| {
+            let stroke = scene.stroke(*id);
+            stroke.is_some_and(|stroke| stroke.is_visible() && !self.is_layer_held(stroke.layer()))
+        };
+        let strokes: Vec<_> = self.input.selection.strokes().iter().copied().filter(is_loose).collect();
+        self.input.selection.set(strokes);
+    }
+
+    /// Whether the strokes of a layer must not change: the layer is locked, or another author has closed it.
+    pub(crate) fn is_layer_held(&self, layer: u32) -> bool {
+        self.scene().is_locked(layer) || self.is_layer_of_others(layer)
+    }
+
+    /// Whether a layer is neither hidden nor locked, and not closed by another author.
+    pub(crate) fn is_layer_open(&self, layer: u32) -> bool {
+        !self.session_layer(layer).is_hidden && !self.is_layer_held(layer)
+    }
+
+    /// The reason for which the user cannot draw on the current layer; `None` if drawing is possible.
+    pub(crate) fn why_layer_is_closed(&self) -> Option<String> {
+        let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.input.brush.layer);
+        if self.is_layer_of_others(self.input.brush.layer) {
+            let owner = owner.map_or_else(String::new, |(author, name)| name_or_number(author, &name));
+            return Some(format!("only {owner} may edit {name}"));
+        }
+        let why = if is_locked { "locked" } else { "hidden" };
+        (is_hidden || is_locked).then(|| format!("{name} is {why}"))
+    }
+
+    /// Whether the current layer accepts strokes. If not, shows the reason.
+    pub(crate) fn may_draw_on_layer(&mut self) -> bool {
+        let Some(why) = self.why_layer_is_closed() else { return true };
+        if !self.session.is_replay() {
+            let or = if self.is_layer_of_others(self.input.brush.layer) {
+                ""
+            } else {
+                ", or show and unlock this one"
+            };
+            self.show_once(&format!("{why}: choose another layer to draw on{or}"));
+        }
+        false
+    }
 }

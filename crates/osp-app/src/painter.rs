@@ -275,7 +275,6 @@ impl Painter {
         Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown: is_shown || is_on_wall })
     }
 
-    /// Reports the culling counts of the GPU to the studio.
     fn report_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
         if !self.panes.iter().all(|pane| pane.slot.culls()) {
             studio.note_drawn(None);

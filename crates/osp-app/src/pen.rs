@@ -72,7 +72,6 @@ pub enum Snap {
     Off,
 }
 
-/// A sample of the pointer.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     p: Vec3,

@@ -1,8 +1,17 @@
-use std::path::PathBuf;
+//! Questions to the user before data is lost, and the actions for the answers.
 
-use super::{
-    journal::{Autosave, OpenElsewhere},
-    session::Opening,
+use std::path::{Path, PathBuf};
+
+use crate::{
+    command::Command,
+    journal::{Autosave, OpenElsewhere, Unwritten},
+    session::{Access, OpenError, Opening},
+    studio::Studio,
+    working::ReplayStart,
+};
+use osp_session::{
+    output_file::{check_output, is_same_file},
+    platform::fs,
 };
 
 /// A question that the user must answer before a command is executed. Until then no file is written and no data are
@@ -25,12 +34,8 @@ pub enum Question {
         /// Position and kind of the damage.
         damage: String,
     },
-    /// A session would replace a file.
-    SaveOver(PathBuf),
-    /// A model would replace a file.
-    ExportOver(PathBuf),
-    /// A picture would replace a file.
-    PictureOver(PathBuf),
+    /// The command would replace the file.
+    Replace(PathBuf, Box<Command>),
     /// A part of the session could not be written.
     Unwritten {
         /// The unwritten part, and the error.
@@ -92,7 +97,7 @@ impl Question {
             Self::Held { .. } => "This session is open in another window",
             Self::Edits(_) => "Continue with the edits?",
             Self::Damaged { .. } => "Damaged session",
-            Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => "Replace the file?",
+            Self::Replace(..) => "Replace the file?",
             Self::Unwritten { .. } => "Not everything is written",
             Self::Discard { .. } => "Discard what was drawn?",
         }
@@ -112,9 +117,7 @@ impl Question {
                 edits.path().display()
             ),
             Self::Damaged { damage, .. } => format!("{damage}. You can draw on a copy of the readable part."),
-            Self::SaveOver(path) | Self::ExportOver(path) | Self::PictureOver(path) => {
-                format!("{} exists already.", path.display())
-            }
+            Self::Replace(path, _) => format!("{} exists already.", path.display()),
             Self::Unwritten { reason, .. } => format!("{reason}."),
             Self::Discard { events, is_all } => {
                 let since = if *is_all { "began" } else { "was opened, or saved under a name" };
@@ -145,9 +148,7 @@ impl Question {
             Self::Damaged { .. } => {
                 &[(Answer::Lenient, "Open the readable part"), (Answer::Cancel, "Cancel")]
             }
-            Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => {
-                &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
-            }
+            Self::Replace(..) => &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")],
             Self::Unwritten { is_kept: true, .. } => &[
                 (Answer::SaveAs, "Save elsewhere…"),
                 (Answer::GoOn, "Continue; the autosave keeps the changes"),
@@ -176,5 +177,194 @@ impl Question {
             Self::Held { is_shown: true, .. } => Answer::Look,
             _ => Answer::Cancel,
         }
+    }
+}
+
+impl Studio {
+    /// The question that the window shows.
+    pub fn question(&self) -> Option<&Question> {
+        self.work.question.as_ref()
+    }
+
+    /// Opens a question in the window.
+    pub fn ask(&mut self, question: Question) {
+        self.work.question = Some(question);
+    }
+
+    /// If the shown session is a copy, and an earlier copy of the same original has edits, opens a question. The user
+    /// chooses whether to continue with these edits.
+    pub(crate) fn offer_edits(&mut self) {
+        if self.work.question.is_none()
+            && let Some(edits) = self.session.take_earlier()
+        {
+            self.ask(Question::Edits(edits));
+        }
+    }
+
+    /// Whether the user has closed the window and no question is open.
+    pub fn is_closing(&self) -> bool {
+        self.work.is_closing
+    }
+
+    /// Closes the window if the session is fully written, else shows a question.
+    pub fn ask_to_close(&mut self) {
+        self.leave(Then::Close);
+    }
+
+    /// Closes the current session and continues with `then`. Shows a question first if a part of the session could not
+    /// be written.
+    pub(crate) fn leave(&mut self, then: Then) {
+        self.finish_gestures();
+        if matches!(then, Then::Open(..) | Then::Play(_)) && self.is_busy() {
+            return;
+        }
+        self.work.question = None;
+        if let Err(unwritten) = self.session.settle() {
+            self.tend();
+            let Unwritten { kept_in, .. } = &unwritten;
+            let is_kept = kept_in.is_some();
+            self.ask(Question::Unwritten { reason: unwritten.to_string(), is_kept, then });
+            return;
+        }
+        self.go(then);
+    }
+
+    fn go(&mut self, then: Then) {
+        match then {
+            Then::Close => self.work.is_closing = true,
+            Then::New => self.begin(),
+            Then::Open(path, how) => self.open_or_ask(&path, how),
+            Then::Play(path) => self.replay_file(&path, ReplayStart::Playing),
+        }
+    }
+
+    fn begin(&mut self) {
+        self.replace(self.new_session(), None);
+    }
+
+    fn open_or_ask(&mut self, path: &Path, how: Opening) {
+        let journal = self.session.journal();
+        if !self.session.is_replay() && journal.is_at(path) && how.access == Access::Write {
+            if journal.trouble().is_none() {
+                self.report_file(Ok(format!("{} is open already", path.display())));
+                return;
+            }
+            // Another program has replaced the file. Our session must release its lock before the new file can be
+            // opened.
+            self.begin();
+        }
+        self.open_in_background(path, how);
+    }
+
+    /// Shows the choices for a session that could not be opened, or reports the error.
+    pub(crate) fn report_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
+        match error {
+            OpenError::Held(held) => {
+                // Another window still has the session open, and this window already shows it read-only.
+                let is_shown = !self.session.is_replay()
+                    && self.session.is_read_only()
+                    && self.session.path() == held.session();
+                self.ask(Question::Held { held, is_shown });
+            }
+            error if error.is_damage() && !how.lenient => {
+                self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
+            }
+            error => self.report_file(Err(error.to_string())),
+        }
+    }
+
+    /// Executes a command that writes a file. If the file exists, shows a question first, unless the user has confirmed
+    /// to replace it.
+    pub(crate) fn write_file(&mut self, command: Command, is_confirmed: bool) {
+        let (Command::SaveAs(path) | Command::Export(path) | Command::Picture(path)) = &command else {
+            return;
+        };
+        if let Err(why_not) = self.may_write(&command, path) {
+            self.report_file(Err(why_not));
+            return;
+        }
+        let journal = self.session.journal();
+        let is_saved = matches!(command, Command::SaveAs(_)) && !self.session.is_replay();
+        let is_own = is_saved && journal.is_at(path) && journal.trouble().is_none();
+        if !is_confirmed && !is_own && fs::is_file(path) {
+            self.ask(Question::Replace(path.clone(), Box::new(command)));
+            return;
+        }
+        match command {
+            Command::SaveAs(path) => self.save_as(&path),
+            Command::Export(path) => self.export(&path),
+            Command::Picture(path) => self.work.picture = Some(path),
+            _ => {}
+        }
+    }
+
+    /// Whether a command may write this file. A picture or an export must not replace the shown session, because it
+    /// contains less.
+    fn may_write(&self, command: &Command, path: &Path) -> Result<(), String> {
+        let endings: &'static [&'static str] = match command {
+            Command::Picture(_) => &[".png"],
+            Command::Export(_) => &[".glb", ".tilt", ".mp4", ".gif"],
+            _ => return Ok(()),
+        };
+        if is_same_file(path, self.session.path()) {
+            return Err(format!("{}: expected another file; the window shows this session", path.display()));
+        }
+        check_output(path, endings, true).map_err(|error| error.to_string())
+    }
+
+    pub(crate) fn ask_to_discard(&mut self) {
+        self.finish_gestures();
+        let events = self.session.journal().new_events();
+        if events > 0 && !self.session.is_shared() {
+            let is_all = self.session.event_count() == events;
+            self.ask(Question::Discard { events, is_all });
+        }
+    }
+
+    /// Handles the user's answer to the open question.
+    pub(crate) fn answer(&mut self, answer: Answer) {
+        let may_open = |question: &Question| {
+            matches!(question, Question::Held { .. } | Question::Edits(_) | Question::Damaged { .. })
+        };
+        if self.work.question.as_ref().is_some_and(may_open) && self.is_busy() {
+            return;
+        }
+        let Some(question) = self.work.question.take() else { return };
+        match (question, answer) {
+            (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
+            (Question::Edits(edits), Answer::GoOn) => {
+                self.leave(Then::Open(edits.path().to_owned(), Opening::default()));
+            }
+            (Question::Damaged { path, .. }, Answer::Lenient) => {
+                self.leave(Then::Open(path, Opening { lenient: true, ..Opening::with(Access::Copy) }));
+            }
+            (Question::Replace(_, command), Answer::Replace) => self.write_file(*command, true),
+            (Question::Unwritten { then, .. }, Answer::GoOn) => self.go(then),
+            (Question::Discard { .. }, Answer::Discard) => self.discard(),
+            _ => {}
+        }
+    }
+
+    fn answer_held(&mut self, held: &OpenElsewhere, is_shown: bool, answer: Answer) {
+        let access = match answer {
+            Answer::Look if is_shown => return,
+            Answer::Look => Access::ReadOnly,
+            Answer::Copy => Access::Copy,
+            Answer::TryAgain => Access::Write,
+            _ => return,
+        };
+        self.leave(Then::Open(held.session().to_owned(), Opening::with(access)));
+    }
+
+    fn discard(&mut self) {
+        // Ends the strokes of the tracked hands. Their senders join the new session again.
+        self.end_hands_strokes();
+        let events = self.session.journal().new_events();
+        match self.session.discard() {
+            Ok(()) => self.show_message(format!("{events} events discarded")),
+            Err(error) => self.show_message(error.to_string()),
+        }
+        self.take_up_time();
+        self.take_session(None);
     }
 }

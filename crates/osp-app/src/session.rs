@@ -233,7 +233,6 @@ impl Session {
         }
     }
 
-    /// The replay and its model.
     fn replay_mut(&mut self) -> Option<(&mut Replay, &mut Model)> {
         match &mut self.source {
             Source::Replay(replay) => Some((replay, &mut self.model)),

@@ -59,7 +59,6 @@ pub struct KeptBrush {
 }
 
 impl KeptBrush {
-    /// The settings of this pen.
     pub(super) fn of(pen: &Brush) -> Self {
         let name = pen.paint.map_or("", |brush| brush.name.as_str());
         Self { name: name.to_owned(), color: pen.color, width_m: pen.width_m }

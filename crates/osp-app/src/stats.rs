@@ -15,16 +15,16 @@ pub enum FrameStage {
     Occlusion,
     /// Upload of new polygons and of the drawing order to the GPU.
     Send,
-    /// Layout of the user interface.
-    Panel,
     /// Drawing on the GPU, from submission to the finished picture.
     Draw,
+    /// Layout of the user interface.
+    Panel,
 }
 
 impl FrameStage {
     /// All stages, in order.
     pub const ALL: [Self; 7] =
-        [Self::Strokes, Self::Insert, Self::Cull, Self::Occlusion, Self::Send, Self::Panel, Self::Draw];
+        [Self::Strokes, Self::Insert, Self::Cull, Self::Occlusion, Self::Send, Self::Draw, Self::Panel];
 
     /// The stage's name in the window.
     pub fn name(self) -> &'static str {

@@ -50,7 +50,6 @@ pub(super) use parts::Pending;
 use parts::{Input, Shown, Work};
 pub use steps::OccluderLabel;
 
-/// The message for an attempt to draw on a read-only session.
 const READ_ONLY_MESSAGE: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
 /// The whole window except its panels and the GPU: the session, the tools, the camera and the culling.
@@ -70,7 +69,6 @@ pub struct Studio {
     pub(super) frozen: Option<Vec<View>>,
     pub(super) room: Room,
     pub(super) layers: LayerChoice,
-    /// Occlusion culling step by step, while it is shown.
     pub(super) steps: Option<OcclusionSteps>,
     /// The fixed time of animated brushes, seconds; `None` if time runs.
     pub(super) moment_s: Option<f32>,

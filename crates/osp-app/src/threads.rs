@@ -1,5 +1,9 @@
 //! Background work on threads. A web page has no threads, so the caller's thread does the work.
 
+/// An event from another thread, or from a page, which wakes the event loop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wake;
+
 /// Runs work on a new thread. A web page has no threads, so there the call itself runs the work.
 pub(crate) fn in_background(name: &str, work: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
     if cfg!(target_arch = "wasm32") {

@@ -10,9 +10,7 @@ const MOST_TURNS: u32 = 8;
 /// Chooses the durations of turns.
 #[derive(Debug)]
 pub(crate) struct Turns {
-    /// The shortest duration of a turn.
     least: Duration,
-    /// The end of the last turn.
     ended: Option<Instant>,
 }
 
@@ -22,7 +20,6 @@ impl Turns {
         Self { least, ended: None }
     }
 
-    /// Records the end of a turn.
     pub(crate) fn end(&mut self) {
         self.ended = Some(Instant::now());
     }

@@ -20,8 +20,8 @@ use winit::{
 
 #[cfg(not(target_arch = "wasm32"))]
 use signals::Signals;
+pub(super) use start::open_event_loop;
 pub use start::{MonitorInfo, WindowError, WindowOptions};
-pub(super) use start::{Wake, open_event_loop};
 #[cfg(not(target_arch = "wasm32"))]
 pub use wall_windows::monitors;
 use wall_windows::open_walls;
@@ -31,7 +31,7 @@ use super::{
     previews,
     stats::{FrameStage, FrameTimes},
     studio::Studio,
-    threads,
+    threads::{self, Wake},
     trace::Trace,
     tracker::Tracker,
     ui::{Interface, PreviewGrid},
@@ -46,7 +46,6 @@ const MAX_RECOVERIES: u32 = 5;
 /// Interval between frames while only brushes are animated.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
-/// A window and its painter.
 type Opened = (Arc<Window>, Result<Painter, RenderError>);
 
 /// Opens a window for a studio and runs it until the user closes it.
@@ -121,7 +120,64 @@ struct WindowParts {
     picture: Option<(PathBuf, ComingImage)>,
 }
 
+/// The panels of a frame.
+struct LaidOut {
+    /// The model's part of the window.
+    model: Area,
+    panels: Panels,
+    /// Time until the panels need the next frame.
+    delay: Option<Duration>,
+}
+
 impl WindowParts {
+    /// Lays out the panels with the window's input.
+    fn lay_out(&mut self, studio: &mut Studio, wake: Option<&EventLoopProxy<Wake>>) -> LaidOut {
+        #[cfg_attr(not(target_arch = "wasm32"), expect(unused_mut, reason = "a page adds to it"))]
+        let mut input = self.egui.take_egui_input(&self.window);
+        #[cfg(target_arch = "wasm32")]
+        super::page::take_typed(&mut input.events);
+        let context = self.egui.egui_ctx().clone();
+        let mut area = egui::Rect::NOTHING;
+        let output = context.run_ui(input, |ui| area = self.interface.show(ui, studio));
+        #[cfg(target_arch = "wasm32")]
+        super::page::note_text_field(output.platform_output.ime.is_some());
+        self.egui.handle_platform_output(&self.window, output.platform_output);
+        // Reading a picture back blocks, which a web page does not allow.
+        let can_wait = !cfg!(target_arch = "wasm32");
+        if let (true, Some(wake)) = (can_wait && self.interface.wants_previews(), wake) {
+            self.take_previews(&context, studio, wake);
+        }
+        let viewport = output.viewport_output.get(&egui::ViewportId::ROOT);
+        LaidOut {
+            model: model_area(area, output.pixels_per_point),
+            delay: viewport.map(|viewport| viewport.repaint_delay),
+            panels: Panels {
+                primitives: context.tessellate(output.shapes, output.pixels_per_point),
+                textures: output.textures_delta,
+                pixels_per_point: output.pixels_per_point,
+            },
+        }
+    }
+
+    /// Takes the picture of a frame that was presented. Another frame may not have been drawn.
+    fn take_picture(&mut self, studio: &mut Studio) {
+        if let Some(path) = studio.take_picture() {
+            match self.painter.picture() {
+                Ok(coming) => self.picture = Some((path, coming)),
+                Err(error) => report_picture(studio, &path, Err(error)),
+            }
+        }
+    }
+
+    fn write_picture(&mut self, studio: &mut Studio) {
+        let Some((path, coming)) = &self.picture else { return };
+        if let Some(picture) = coming.take(self.painter.gpu()) {
+            report_picture(studio, path, picture.and_then(|picture| picture.write_png(path)));
+            self.picture = None;
+        }
+        self.window.request_redraw();
+    }
+
     /// Receives the pictures of the brushes, which another thread draws. Until the pictures are finished, or if drawing
     /// fails, the list has only names.
     fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
@@ -407,7 +463,7 @@ impl App {
         Ok(())
     }
 
-    /// Processes one frame, from the input to the picture on the window.
+    /// Processes one frame in this order: input, change, cull, occlude, draw, panel.
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let (Some(live), Some(studio)) = (&mut self.live, &mut self.studio) else { return Ok(()) };
         #[cfg(target_arch = "wasm32")]
@@ -416,32 +472,15 @@ impl App {
         let frame_secs = live.last_frame.elapsed().as_secs_f32();
         live.last_frame = Instant::now();
 
-        // All input up to here becomes part of this frame.
+        // Input: everything up to here is part of this frame. The layout finds what belongs to the panels.
         let start = live.clock.start();
-        #[cfg_attr(not(target_arch = "wasm32"), expect(unused_mut, reason = "a page adds to it"))]
-        let mut input = live.egui.take_egui_input(&live.window);
-        #[cfg(target_arch = "wasm32")]
-        super::page::take_typed(&mut input.events);
-        let context = live.egui.egui_ctx().clone();
-        let mut area = egui::Rect::NOTHING;
-        let output = context.run_ui(input, |ui| area = live.interface.show(ui, studio));
-        #[cfg(target_arch = "wasm32")]
-        super::page::note_text_field(output.platform_output.ime.is_some());
-        live.egui.handle_platform_output(&live.window, output.platform_output);
-        // Reading a picture back blocks, which a web page does not allow.
-        let can_wait = !cfg!(target_arch = "wasm32");
-        if let (true, Some(wake)) = (can_wait && live.interface.wants_previews(), &self.wake) {
-            live.take_previews(&context, studio, wake);
-        }
-        let panels = Panels {
-            primitives: context.tessellate(output.shapes, output.pixels_per_point),
-            textures: output.textures_delta,
-            pixels_per_point: output.pixels_per_point,
-        };
+        let LaidOut { model, panels, delay } = live.lay_out(studio, self.wake.as_ref());
         let panel_ns = live.clock.since(start).ns;
-
-        let model = model_area(area, panels.pixels_per_point);
-        let report = studio.frame(Vec2::new(model.width, model.height), frame_secs);
+        // Change: pointer and commands, then keys, tracker and replay. Cull and occlude: the index follows the changes.
+        live.interface.carry_out(studio);
+        let size_px = Vec2::new(model.width, model.height);
+        let report = studio.frame(size_px, frame_secs);
+        // Draw the model, and the panels over it.
         let painted = match live.painter.paint(studio, model, panels) {
             Ok(painted) => painted,
             Err(PaintError::SurfaceLost) => {
@@ -449,58 +488,32 @@ impl App {
                 live.window.request_redraw();
                 PaintTimes::default()
             }
-            Err(PaintError::Render(error)) => {
-                self.recover(event_loop, error)?;
-                return Ok(());
-            }
+            Err(PaintError::Render(error)) => return self.recover(event_loop, error),
         };
 
         if painted.is_shown {
             studio.note_drawing(painted.draw_ns);
             studio.note_shown();
+            live.take_picture(studio);
         }
-        if studio.writes_frames() && painted.is_shown {
-            match live.painter.picture().and_then(|coming| coming.wait(live.painter.gpu())) {
-                Ok(picture) => studio.take_frame(picture),
-                Err(error) => studio.show_once(&error.to_string()),
-            }
-        }
-        // A frame that was not presented may not have been drawn.
-        if let Some(path) = painted.is_shown.then(|| studio.take_picture()).flatten() {
-            match live.painter.picture() {
-                Ok(coming) => live.picture = Some((path, coming)),
-                Err(error) => report_picture(studio, &path, Err(error)),
-            }
-        }
-        if let Some((path, coming)) = &live.picture {
-            if let Some(picture) = coming.take(live.painter.gpu()) {
-                report_picture(studio, path, picture.and_then(|picture| picture.write_png(path)));
-                live.picture = None;
-            }
-            live.window.request_redraw();
-        }
+        live.write_picture(studio);
         // The window changes only when the user's choice changes, because the desktop has its own keys for full screen.
         let wants_screen = live.interface.is_fullscreen();
         if std::mem::replace(&mut live.is_fullscreen, wants_screen) != wants_screen {
             live.window.set_fullscreen(wants_screen.then_some(Fullscreen::Borderless(None)));
         }
-
         let mut times = FrameTimes::default();
-        // The pointer's strokes became polygons while the panels were laid out.
-        let drawn_ns = report.strokes_ns.min(panel_ns);
         times.set(FrameStage::Strokes, report.strokes_ns);
         times.set(FrameStage::Insert, report.record.insert.ns);
         times.set(FrameStage::Cull, report.record.cull.ns);
         times.set(FrameStage::Occlusion, report.record.occlusion.total_ns());
         times.set(FrameStage::Send, painted.send_ns);
-        times.set(FrameStage::Panel, panel_ns - drawn_ns);
         times.set(FrameStage::Draw, painted.draw_ns);
+        times.set(FrameStage::Panel, panel_ns);
         live.interface.note_frame(times);
         live.interface.note_passes(studio.while_drawing().and_then(|(_, times)| times));
         set_title(&live.window, studio);
 
-        let delay =
-            output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         if studio.is_moving() || live.interface.is_fresh() {
             live.window.request_redraw();
         } else {

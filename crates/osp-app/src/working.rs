@@ -1,7 +1,6 @@
 //! Background work of the window: reading a session or writing a model. Without threads a session is read in parts
 //! between frames, and a model is written in one call.
 
-mod progress;
 mod task;
 
 use std::{
@@ -22,8 +21,6 @@ use super::{
     turns::Turns,
 };
 use osp_session::{
-    output_file::{OutputError, check_output},
-    platform::fs::has_ending,
     platform::time::Instant,
     recording::{OpenOptions, Pace},
     replay::CameraChoice,
@@ -31,8 +28,7 @@ use osp_session::{
 pub use task::ReplayStart;
 use task::ToPlay;
 
-pub(super) use progress::Progress;
-pub(super) use task::{Done, Exported, ReadSession, Task, ToDraw, Whole};
+pub(super) use task::{Done, Exported, Progress, ReadSession, Task, ToDraw, Whole};
 
 /// Duration of work after which its progress is shown. For shorter work the display would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
@@ -88,7 +84,6 @@ pub(super) struct Working {
 }
 
 impl Working {
-    /// Starts the work on its own thread.
     pub(super) fn on_thread(what: String, kind: Kind, task: Box<dyn Task>) -> Result<Self, String> {
         let (send, done) = mpsc::channel();
         let progress = Arc::new(Progress::default());
@@ -99,7 +94,6 @@ impl Working {
         Ok(Self { what, kind, progress, runner: Runner::Thread(done), since: Instant::now() })
     }
 
-    /// Starts work that runs in turns of this duration.
     pub(super) fn in_turns(what: String, kind: Kind, turn: Duration, task: Box<dyn Task>) -> Self {
         Self {
             what,
@@ -186,7 +180,6 @@ impl Working {
         self.progress.is_cancelled.store(true, Relaxed);
     }
 
-    /// Whether the work was cancelled.
     pub(super) fn is_cancelled(&self) -> bool {
         self.progress.is_cancelled.load(Relaxed)
     }
@@ -197,7 +190,6 @@ impl Working {
         self
     }
 
-    /// Whether the work reads a session.
     pub(super) fn is_reading(&self) -> bool {
         self.kind == Kind::Reading
     }
@@ -305,18 +297,21 @@ pub struct WorkShown {
     pub part: Option<f32>,
 }
 
-/// Whether an export to this path is a sketch, not a model.
-pub(crate) fn is_sketch(path: &Path) -> bool {
-    has_ending(path, ".tilt")
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ExportKind {
+    Model,
+    Sketch,
+    Film,
 }
 
-/// Whether an export to this path is a film.
-pub(crate) fn is_film(path: &Path) -> bool {
-    [".mp4", ".gif"].iter().any(|ending| has_ending(path, ending))
-}
-
-/// Checks that a model, a sketch or a film may be written to this path. The user has confirmed that a file there may be
-/// replaced.
-pub(crate) fn check_export(path: &Path) -> Result<(), OutputError> {
-    check_output(path, if is_film(path) { &[] } else { &[".glb", ".tilt"] }, true)
+impl ExportKind {
+    /// The kind of a file with this name; `None` if no export has such a name.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_ascii_lowercase().to_str()? {
+            "glb" => Some(Self::Model),
+            "tilt" => Some(Self::Sketch),
+            "mp4" | "gif" => Some(Self::Film),
+            _ => None,
+        }
+    }
 }

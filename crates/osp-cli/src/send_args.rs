@@ -4,8 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{numbers, reading::ReadArgs, tracker_args::TrackerKey};
+use super::{numbers, reading::ReadArgs};
+#[cfg(feature = "window")]
+use osp_app::tracker::TrackerKey;
 use osp_session::recording::Pace;
+
+/// Without the window the value is not parsed; the command reports the missing feature.
+#[cfg(not(feature = "window"))]
+type TrackerKey = String;
 
 /// Send a session to a window, like a tracker (`osp sketch --tracker udp://…`).
 #[derive(Args, Debug)]
@@ -27,7 +33,7 @@ pub(super) struct SendArgs {
     /// Speed, as a multiple of the recorded speed.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
-    /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows the key to everybody
+    /// The key that the window requires (`osp sketch --tracker-key-file`). The list of processes shows the key to everybody
     /// on this machine.
     #[arg(long)]
     pub(super) key: Option<TrackerKey>,

@@ -18,7 +18,6 @@ use osp_app::{
 };
 #[cfg(feature = "live")]
 use osp_app::{Live, Unjoined};
-use osp_rivals::IndexSettings;
 
 /// If reading a session takes longer than this, the window opens while the reading continues, and shows errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
@@ -26,7 +25,7 @@ pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 impl SketchArgs {
     /// Opens the session to draw on it. If another window draws on the session, opens it only for viewing, and reports
     /// the owner. A long session is still being read when the window opens.
-    fn open(&self, path: &Path, autosaves: &Autosaves, settings: IndexSettings) -> anyhow::Result<Start> {
+    fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,
             (false, true) => Access::Copy,
@@ -39,8 +38,8 @@ impl SketchArgs {
             of_several: self.tracker_authors,
             draws: false,
         };
-        let reading = Reading::to_draw(path, autosaves, how, self.window.culling(settings))
-            .map_err(anyhow::Error::msg)?;
+        let plan = CullingPlan::new(self.window.index, self.window.occlusion);
+        let reading = Reading::to_draw(path, autosaves, how, plan).map_err(anyhow::Error::msg)?;
         match reading.wait(Some(BEFORE_THE_WINDOW)) {
             Waited::Read(Ok((session, opened))) => Ok(Start::with(*session, opened)),
             Waited::Read(Err(OpenError::Held(held))) => {
@@ -88,12 +87,6 @@ impl Start {
 }
 
 impl WindowArgs {
-    /// Returns the culling with which the window starts.
-    fn culling(&self, settings: IndexSettings) -> CullingPlan {
-        let plan = CullingPlan::new(self.index, self.occlusion).with_index_settings(settings);
-        plan.with_tests(self.tests.node_test(), self.tests.score())
-    }
-
     /// Returns an error if the trace would replace an input or a file of another kind.
     fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
         let rig = self.rig.file();
@@ -142,9 +135,6 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         "--tracker-authors: expected no --join: in a shared session a window is one author"
     );
     let room = args.window.room()?;
-    let indexes = [args.window.index];
-    let settings = args.window.settings.settings(&indexes)?;
-    let settings = args.window.cut_nodes.add_to(settings, &indexes)?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]
     let joined = match &args.join {
@@ -155,7 +145,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let joined: Option<Start> = None;
     let Start { session, opened, held, reading } = match (joined, &args.file) {
         (Some(start), _) => start,
-        (None, Some(path)) => args.open(path, &autosaves, settings)?,
+        (None, Some(path)) => args.open(path, &autosaves)?,
         (None, None) => {
             let (mut session, opened) = Session::recover_or_new_within(&autosaves, args.limits.limits());
             if args.tracker_authors && !opened.is_recovered {
@@ -168,8 +158,6 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     studio.set_room(room);
     studio.set_film_maker(film::maker());
     studio.set_limits(args.limits.limits());
-    studio.set_index_settings(settings);
-    studio.set_tests(args.window.tests.node_test(), args.window.tests.score());
     studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {
         warn(&remark);

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
-    occlusion_test_args::TestArgs,
     outputs::ForceArgs,
     parsers::{DETAILS, index_parser, occlusion_parser},
     reading::LimitArgs,
@@ -46,7 +44,7 @@ A tracker sends lines of text (or the same as OSC), metres and unit quaternions,
   hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while PRESSURE is above 0
   brush TOOL WIDTH  R G B A  [HAND] [NORMAL]
   erase X Y Z | undo | redo
-  key WORD                first in each packet, if --tracker-key is given
+  key WORD                first in each packet, if --tracker-key-file is given
 TOOL: ribbon, wall, tube, or the name of a brush, such as Light. HAND: 0 to 255. NORMAL: local-x, side-x, travel or \
 transport.
 The window accepts one sender, until this sender has been silent for 5 s. It counts and drops the packets of other \
@@ -104,10 +102,6 @@ pub(super) struct WindowArgs {
     /// The index that culls by the frustum (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
-    #[command(flatten)]
-    pub(super) settings: IndexSettingsArgs,
-    #[command(flatten)]
-    pub(super) cut_nodes: CutNodesArgs,
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
@@ -116,8 +110,6 @@ pub(super) struct WindowArgs {
     /// half resolution.
     #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
     pub(super) detail: String,
-    #[command(flatten)]
-    pub(super) tests: TestArgs,
     #[command(flatten)]
     pub(super) rig: RigArgs,
     /// Show a test pattern on the rig's screens: border, grid in metres, number of the screen, letter of the eye.

@@ -5,13 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 #[cfg(feature = "window")]
-pub(super) use osp_app::tracker::{TrackerAddress, TrackerKey};
+pub(super) use osp_app::tracker::TrackerAddress;
 
 /// Without the window the value is not parsed; the command reports the missing feature.
 #[cfg(not(feature = "window"))]
 pub(super) type TrackerAddress = String;
-#[cfg(not(feature = "window"))]
-pub(super) type TrackerKey = String;
 
 #[derive(Args, Debug)]
 pub(super) struct TrackerArgs {
@@ -21,13 +19,9 @@ pub(super) struct TrackerArgs {
     /// Accept the messages of every sender, not only of the first sender.
     #[arg(long, requires = "tracker")]
     pub(super) tracker_any: bool,
-    /// Accept only packets that begin with this key. The key is sent unencrypted: everybody who reads the packets can
-    /// use it. The list of processes shows the key to everybody on this machine; use a file or the variable
-    /// OSP_TRACKER_KEY to avoid that.
-    #[arg(long, value_name = "KEY", requires = "tracker")]
-    pub(super) tracker_key: Option<TrackerKey>,
-    /// Read the key from a file of one line. Without --tracker-key-file and --tracker-key, osp reads the key from
-    /// the variable OSP_TRACKER_KEY, if it is set.
-    #[arg(long, value_name = "FILE", requires = "tracker", conflicts_with = "tracker_key")]
+    /// Accept only packets that begin with the key in this file of one line. Without this option, osp reads the key from
+    /// the variable OSP_TRACKER_KEY, if it is set. The key is sent unencrypted: everybody who reads the packets can use
+    /// it.
+    #[arg(long, value_name = "FILE", requires = "tracker")]
     pub(super) tracker_key_file: Option<PathBuf>,
 }

@@ -16,12 +16,6 @@ pub struct Image {
 }
 
 impl Image {
-    /// A picture from its bytes, four for each pixel; `None` if the number of bytes is wrong.
-    pub fn from_rgba(width: u32, height: u32, rgba: Vec<u8>) -> Option<Self> {
-        let is_whole = u64::from(width) * u64::from(height) * 4 == rgba.len() as u64;
-        is_whole.then_some(Self { width, height, rgba })
-    }
-
     /// A picture from its bytes, four for each pixel.
     ///
     /// # Panics

@@ -28,12 +28,6 @@ impl ComingImage {
         self.is_here.load(Ordering::Acquire).then(|| self.finish())
     }
 
-    /// Waits for the picture and returns it. In a browser use [`ComingImage::take`], because a page cannot wait.
-    pub fn wait(&self, gpu: &Gpu) -> Result<Image, RenderError> {
-        gpu.wait()?;
-        self.finish()
-    }
-
     fn finish(&self) -> Result<Image, RenderError> {
         let bytes = self.buffer.slice(..).get_mapped_range();
         let bytes = bytes.map_err(|error| RenderError::Device(error.to_string()))?;

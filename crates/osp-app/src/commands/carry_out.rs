@@ -7,7 +7,7 @@ use crate::{
     session::{Jump, Opening, Replay},
     studio::Studio,
     tool::{Span, ToolChoice},
-    working::is_sketch,
+    working::ExportKind,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -61,7 +61,7 @@ impl Studio {
             Command::CancelWork => self.is_working(),
             Command::CancelGesture => self.is_dragging(),
             Command::SelectNone => !self.input.selection.is_empty(),
-            Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => !self.session.is_replay(),
+            Command::Save | Command::SaveAs(_) => !self.session.is_replay(),
             Command::Steps(edit) => matches!(edit, StepsEdit::Show(_)) || self.steps.is_some(),
             Command::SwapEyes(_)
             | Command::EyeSeparation(_)
@@ -161,7 +161,6 @@ impl Studio {
                     self.navigator.go_to_from(view.eye, view.world_from_view, view.distance_m);
                 }
             }
-            Command::Frames => self.toggle_frames(),
             Command::ShowAll => {
                 self.leave_replay_camera();
                 self.show_main();
@@ -180,11 +179,6 @@ impl Studio {
                 self.switch_index(kind, self.culling.occlusion());
                 self.report_reindexing();
             }
-            Command::IndexSettings(settings) => {
-                self.culling.set_index_settings(settings);
-                self.switch_index(self.culling.kind(), self.culling.occlusion());
-                self.report_reindexing();
-            }
             Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
             Command::Occluders(most) => self.culling.set_occluders(most),
             Command::Stages(stages) => self.culling.stages = stages,
@@ -201,14 +195,10 @@ impl Studio {
             Command::OpenAs(path, how) => self.leave(Then::Open(path, how)),
             Command::PlayFile(path) => self.leave(Then::Play(path)),
             Command::Save => self.save(),
-            Command::SaveAs(path) => self.ask_to_save_as(path),
-            Command::SaveOver(path) => self.save_as(&path),
             Command::RetrySaving => self.session.retry(),
             Command::Discard => self.ask_to_discard(),
-            Command::Export(path) => self.ask_to_export(path),
-            Command::ExportOver(path) => self.export(&path),
-            Command::Picture(path) => self.ask_for_picture(path),
-            Command::PictureOver(path) => self.picture_over(path),
+            Command::SaveAs(_) | Command::Export(_) | Command::Picture(_) => self.write_file(command, false),
+            Command::Over(command) => self.write_file(*command, true),
             Command::Quit if cfg!(target_arch = "wasm32") => {
                 self.show_message("close the tab of the browser to close this page".to_owned())
             }
@@ -285,9 +275,11 @@ impl Studio {
         self.finish_gestures();
         let outcome = match self.session.is_replay() {
             true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
-            false => self.session.save_as(path).map_err(|error| match is_sketch(path) {
-                true => format!("{error}; the menu entry \"Export .tilt…\" writes a sketch"),
-                false => error.to_string(),
+            false => self.session.save_as(path).map_err(|error| {
+                match ExportKind::of(path) == Some(ExportKind::Sketch) {
+                    true => format!("{error}; the menu entry \"Export .tilt…\" writes a sketch"),
+                    false => error.to_string(),
+                }
             }),
         };
         let done = format!("saved as {}; drawing continues there", path.display());
@@ -308,7 +300,6 @@ impl Studio {
         self.work.file_outcome.take()
     }
 
-    /// Returns and clears the path of the picture that a command requested.
     pub(crate) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
         self.work.picture.take()
     }

@@ -7,50 +7,28 @@ use std::{
 
 use crate::{
     studio::Studio,
-    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, is_film, is_sketch},
+    working::{Done, ExportKind, Exported, Kind, Progress, Whole, WorkMode},
 };
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
-    output_file::is_same_file,
     recording::import::tilt_thumbnail,
 };
 
 impl Studio {
-    /// Exports the model: as a sketch if the name ends in `.tilt`, as a film if it ends in `.mp4` or `.gif`, else as binary glTF.
+    /// Exports the model: as binary glTF, as a sketch or as a film.
     pub(crate) fn export(&mut self, path: &Path) {
         if self.is_busy() {
             return;
         }
-        if let Err(why_not) = self.may_export(path) {
-            self.report_file(Err(why_not));
-            return;
-        }
-        if is_sketch(path) {
-            self.export_tilt(path)
-        } else if is_film(path) {
-            self.export_film(path)
-        } else {
-            self.export_gltf(path)
+        match ExportKind::of(path) {
+            Some(ExportKind::Sketch) => self.export_tilt(path),
+            Some(ExportKind::Film) => self.export_film(path),
+            Some(ExportKind::Model) | None => self.export_gltf(path),
         }
         if self.is_working() {
             // A dialog that opens later must not receive the outcome of this export.
             self.report_file(Ok(String::new()));
-        }
-    }
-
-    /// Checks that an export may write this file. An export must not replace the shown session, because an export
-    /// contains less than the session.
-    pub(super) fn may_export(&self, path: &Path) -> Result<(), String> {
-        self.is_not_shown(path)?;
-        check_export(path).map_err(|error| error.to_string())
-    }
-
-    /// Checks that a path does not lead to the shown session.
-    pub(super) fn is_not_shown(&self, path: &Path) -> Result<(), String> {
-        match is_same_file(path, self.session.path()) {
-            true => Err(format!("{}: expected another file; the window shows this session", path.display())),
-            false => Ok(()),
         }
     }
 

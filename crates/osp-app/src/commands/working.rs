@@ -116,7 +116,7 @@ impl Studio {
         }
     }
 
-    pub(super) fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
+    pub(crate) fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
         match self.work.mode {
             WorkMode::AtOnce => {
                 let done = task.run(&Progress::default());

@@ -26,7 +26,6 @@ pub struct CullingPlan {
 #[derive(Debug)]
 pub struct Indexed {
     pub(super) plan: CullingPlan,
-    pub(super) root: Aabb,
     pub(super) pipeline: Pipeline,
     pub(super) took: Duration,
 }
@@ -45,47 +44,28 @@ impl CullingPlan {
         }
     }
 
-    /// The plan with another node test and another occluder score.
-    #[must_use]
-    pub fn with_tests(self, node_test: NodeTest, score: Score) -> Self {
-        Self { node_test, score, ..self }
-    }
-
-    /// The plan with other settings of the index.
-    #[must_use]
-    pub fn with_index_settings(self, settings: IndexSettings) -> Self {
-        Self { settings, ..self }
-    }
-
-    /// An index without polygons.
-    pub(super) fn index_nothing(&self) -> (Aabb, Pipeline) {
-        let root = root_for(&Aabb::EMPTY);
-        (root, self.pipeline(root, 0))
-    }
-
     /// Inserts a whole model into a new index; `bounds` is the model's box.
     pub fn index(self, scene: &Scene, bounds: &Aabb) -> Indexed {
         let clock = StageClock::default();
         let start = clock.start();
-        let root = root_for(bounds);
-        let mut pipeline = self.pipeline(root, scene.polygon_count());
+        let mut pipeline = self.pipeline(bounds, scene.polygon_count());
         pipeline.load_on_threads(scene);
         let took = Duration::from_nanos(clock.since(start).ns);
-        Indexed { plan: self, root, pipeline, took }
+        Indexed { plan: self, pipeline, took }
     }
 
     /// Does the same as [`CullingPlan::index`], in steps.
     pub(crate) fn begin_index(self, scene: &Scene, bounds: &Aabb) -> Indexing {
-        let root = root_for(bounds);
-        let pipeline = self.pipeline(root, scene.polygon_count());
-        Indexing { indexed: Indexed { plan: self, root, pipeline, took: Duration::ZERO } }
+        let pipeline = self.pipeline(bounds, scene.polygon_count());
+        Indexing { indexed: Indexed { plan: self, pipeline, took: Duration::ZERO } }
     }
 
-    fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
+    /// An empty index for a model with this box and this number of polygons.
+    pub(super) fn pipeline(&self, bounds: &Aabb, polygons: usize) -> Pipeline {
         // The capacity is twice the number of polygons, so that the index of a growing model is not enlarged during a
         // frame.
         let capacity = IndexConfig::default().capacity.max(polygons * 2);
-        let index = self.kind.create_with(&IndexConfig { root, capacity }, &self.settings);
+        let index = self.kind.create_with(&IndexConfig { root: root_for(bounds), capacity }, &self.settings);
         let pass = PassConfig {
             node_test: self.node_test,
             score: self.score,

@@ -161,7 +161,6 @@ impl Studio {
         self.apply_events();
     }
 
-    /// A new, empty session.
     pub(crate) fn new_session(&self) -> Session {
         match &self.input.senders {
             Some(_) => Session::of_several(&self.autosaves),

@@ -69,7 +69,6 @@ impl History {
         Ok(())
     }
 
-    /// The session's header.
     pub(super) fn header(&self) -> &Header {
         &self.header
     }
@@ -171,7 +170,6 @@ impl History {
         text.sealed_bytes + text.open.len() as u64
     }
 
-    /// Number of events.
     pub(super) fn events(&self) -> u64 {
         self.source.as_ref().map_or(self.lines.lines() - 1, |source| source.events)
     }
@@ -289,7 +287,6 @@ impl Lines {
         self.bytes
     }
 
-    /// The events.
     pub(crate) fn events(&self) -> &[Event] {
         &self.events
     }
@@ -403,7 +400,6 @@ impl<'h> Iterator for Pieces<'h> {
     }
 }
 
-/// A reader of a history's text.
 #[derive(Debug)]
 pub(crate) struct TextReader<'h> {
     pieces: Pieces<'h>,

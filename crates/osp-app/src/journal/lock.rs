@@ -52,7 +52,6 @@ impl LockOwner {
     }
 }
 
-/// The process id of this program.
 pub(super) fn process_id() -> u32 {
     if cfg!(target_arch = "wasm32") { 0 } else { std::process::id() }
 }
@@ -121,13 +120,11 @@ pub(crate) struct SessionLock {
 #[derive(Debug)]
 struct LockFile {
     path: PathBuf,
-    /// The open file, which holds the lock.
     file: File,
     /// Whether another program's file has the lock file's name. Such a file is locked, but neither written nor removed.
     is_foreign: bool,
 }
 
-/// The contents of a lock file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Content {
     /// The text of the last holder of the lock, if it is complete.
@@ -228,7 +225,6 @@ impl SessionLock {
         )))
     }
 
-    /// Releases the lock and removes the lock file.
     pub(crate) fn release(self) {
         if let Some(LockFile { path, file, is_foreign: false }) = self.lock_file
             && is_at(&file, &path)

@@ -544,7 +544,6 @@ impl OpenFile {
     }
 }
 
-/// Opens an existing file, and locks it.
 fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
     let open = || {
         let file = File::options().read(true).write(true).open(path)?;

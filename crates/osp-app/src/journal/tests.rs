@@ -38,7 +38,6 @@ impl Desk {
         Session::open(&self.path(name), &self.autosaves()).expect("a session").0
     }
 
-    /// Paths of the files among the autosaves.
     fn autosaved(&self) -> Vec<PathBuf> {
         let Ok(entries) = fs::read_dir(self.path("autosaves")) else { return Vec::new() };
         let mut found: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();

@@ -321,7 +321,6 @@ fn our_header(name: &str) -> Header {
     Header { format: ONE_AUTHOR_FORMAT, ..Header::new(name, source) }
 }
 
-/// Takes the lock of a session and opens its file.
 fn take(path: &Path) -> Result<SessionFile, OpenError> {
     let lock = SessionLock::take(path).map_err(|reason| match reason {
         NotTaken::Held(held) => OpenError::Held(held),

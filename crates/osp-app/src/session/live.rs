@@ -190,7 +190,6 @@ impl Live {
         self.own.push(alone.as_ref().unwrap_or(event))
     }
 
-    /// Sends the user's events.
     pub(super) fn send(&mut self, events: &[Event]) {
         self.own.write_pending();
         for event in events {

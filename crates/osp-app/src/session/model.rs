@@ -56,7 +56,6 @@ impl Model {
         id
     }
 
-    /// Applies events to the model.
     pub(super) fn apply(&mut self, events: &[Event]) {
         self.apply_within(events, u64::MAX);
     }

@@ -14,7 +14,6 @@ const PIECE_BYTES: usize = 1 << 18;
 /// Largest number of pieces that wait for the journal or the model.
 const PIECES_AHEAD: usize = 4;
 
-/// The result of starting to open a session.
 #[derive(Debug)]
 pub(crate) enum Started {
     /// The session is empty.
@@ -38,7 +37,6 @@ pub(crate) struct SessionReader {
     pub(super) session: Session,
     recorded: recording::Session,
     opened: Opened,
-    /// A remark that is appended to the reader's remarks.
     remark: Option<String>,
     /// Releases the file if reading is aborted.
     give_back: fn(SessionFile),

@@ -57,16 +57,6 @@ impl Studio {
         if let Some(steps) = &self.steps {
             steps.draw(scene, &self.session.bounds(), &mut self.shown.lines);
         }
-        if self.layers.straddlers {
-            let ids = layers::straddlers(scene, &self.culling.root());
-            layers::draw_outlines(
-                scene,
-                ids.into_iter(),
-                &Motion::STAY,
-                [255, 90, 200, 200],
-                &mut self.shown.lines,
-            );
-        }
         self.shown.cut = None;
         if self.layers.cut {
             let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();

@@ -8,7 +8,6 @@ use crate::{
     altering::{Clip, Replaced},
     drawing_aids::{Aids, MirrorStrokes},
     film_maker::FilmMaker,
-    frames::FrameWriter,
     gestures::Gestures,
     journal::Unwritten,
     pen::{Brush, Pen, Snap},
@@ -102,12 +101,9 @@ pub(crate) struct Work {
     pub(crate) file_outcome: Option<Result<(), String>>,
     /// File for a picture of the next frame.
     pub(crate) picture: Option<PathBuf>,
-    /// Writes each frame to a picture file, if set.
-    pub(crate) frames: Option<FrameWriter>,
     /// Mode in which commands read and write: immediately or in the background.
     pub(crate) mode: WorkMode,
     pub(crate) working: Option<Working>,
-    /// The program's maker of films.
     pub(crate) film_maker: Option<FilmMaker>,
     /// The error of a session that could not be read.
     pub(crate) unread: Option<OpenError>,

@@ -47,7 +47,6 @@ fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>, unknown: &mut d
     malformed + u64::from(!rest.is_empty())
 }
 
-/// The key at the beginning of a packet, if any.
 pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
     let first = match packet.strip_prefix(BUNDLE) {
         None => packet,

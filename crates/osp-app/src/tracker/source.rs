@@ -253,7 +253,6 @@ impl Drop for Tracker {
     }
 }
 
-/// Reason for which reading lines has ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum LinesEnd {
     /// The file has become shorter.

@@ -1,9 +1,16 @@
-use super::{
-    numbers,
-    panel_commands::{PanelCommands, PathPurpose},
-};
+use egui::{Button, Ui};
+
 use crate::{
-    command::Command, drawing_aids::Aids, layers::LayerChoice, occlusion_steps::StepsEdit, studio::Studio,
+    command::Command,
+    drawing_aids::Aids,
+    layers::LayerChoice,
+    occlusion_steps::StepsEdit,
+    studio::Studio,
+    ui::{
+        keys::SHORTCUTS,
+        numbers,
+        panel_commands::{PanelCommands, PathPurpose},
+    },
 };
 use osp_rivals::IndexKind;
 
@@ -147,4 +154,24 @@ impl Action {
 fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
     let next = all.iter().position(|&one| one == now).map_or(0, |at| at + 1);
     all.get(next).or(all.first()).copied().unwrap_or(now)
+}
+
+/// A menu entry with its shortcut.
+pub(super) fn entry(
+    ui: &mut Ui,
+    name: &str,
+    action: Action,
+    studio: &Studio,
+    panel_commands: &mut PanelCommands,
+) -> egui::Response {
+    let mut button = Button::new(name);
+    if let Some(shortcut) = SHORTCUTS.iter().find(|shortcut| shortcut.action == action) {
+        button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut.keys));
+    }
+    let response = ui.add_enabled(action.is_possible(studio), button);
+    if response.clicked() {
+        action.perform(studio, panel_commands);
+        ui.close();
+    }
+    response
 }

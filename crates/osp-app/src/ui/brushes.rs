@@ -78,7 +78,6 @@ impl PreviewGrid {
     }
 }
 
-/// The list of brushes with their pictures.
 #[derive(Default)]
 pub(super) struct BrushList {
     /// Whether the list has ever been opened.

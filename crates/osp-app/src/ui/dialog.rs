@@ -1,5 +1,5 @@
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::mpsc::{Receiver, TryRecvError},
     time::Duration,
 };
@@ -10,7 +10,7 @@ use egui::{
 };
 
 use super::panel_commands::{ALARM, PathPurpose};
-use crate::{command::Command, studio::Studio, working::is_sketch};
+use crate::{command::Command, studio::Studio, working::ExportKind};
 use osp_session::platform::fs;
 
 /// Whether the system's dialog requires a confirmation before a file is replaced. The dialogs of Windows and macOS do.
@@ -51,12 +51,11 @@ impl PathPurpose {
         }
     }
 
-    /// The command for a path that was typed.
     fn command(self, path: PathBuf) -> Command {
         match self {
             Self::Open => Command::Open(path),
             // These formats keep the model, not how it was drawn: the session itself stays where it is saved.
-            Self::SaveAs if is_model(&path) => Command::Export(path),
+            Self::SaveAs if ExportKind::of(&path).is_some() => Command::Export(path),
             Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
             Self::Export => Command::Export(with_ending(path, "glb")),
             Self::ExportTilt => Command::Export(with_ending(path, "tilt")),
@@ -68,18 +67,10 @@ impl PathPurpose {
     /// The command for a path from the system's dialog, in which the user has confirmed to replace the file at this
     /// path. An added ending changes the path, which then needs a new confirmation.
     fn command_of_chosen(self, path: PathBuf) -> Command {
-        let is_whole = path.extension().is_some();
-        match (self, is_whole && SYSTEM_CONFIRMS) {
-            (Self::SaveAs, true) => Command::SaveOver(path),
-            (Self::Export | Self::ExportTilt | Self::Film, true) => Command::ExportOver(path),
-            (Self::Picture, true) => Command::PictureOver(path),
-            (_, _) => self.command(path),
-        }
+        let is_confirmed = SYSTEM_CONFIRMS && path.extension().is_some() && self != Self::Open;
+        let command = self.command(path);
+        if is_confirmed { Command::Over(Box::new(command)) } else { command }
     }
-}
-
-fn is_model(path: &Path) -> bool {
-    is_sketch(path) || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
 }
 
 /// Adds the default ending to a name without an ending. The path of a folder is not changed, so that the command
@@ -145,7 +136,6 @@ pub(super) struct PathDialog {
     chosen: Option<Receiver<(Option<PathBuf>, Duration)>>,
 }
 
-/// The result of a dialog.
 #[derive(Debug, PartialEq)]
 pub(super) enum Answer {
     StillOpen,

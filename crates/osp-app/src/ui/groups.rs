@@ -13,7 +13,6 @@ const MOST_SHOWN: usize = 200;
 /// Indentation per level, points.
 const INDENT: f32 = 8.0;
 
-/// The list of groups, and the unfinished inputs in it.
 #[derive(Debug, Default)]
 pub(super) struct GroupList {
     /// The name that is being typed.

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use egui::{Align2, Frame, Grid, ModifierNames, ScrollArea, TextEdit, Ui, Window, os::OperatingSystem};
 
 use super::{
-    actions::Action,
-    entry::entry,
+    actions::{Action, entry},
     keys::{HINTS, SHORTCUTS, Shortcut, Topic},
     panel_commands::PanelCommands,
 };
@@ -112,7 +111,6 @@ fn name_of(shortcut: &Shortcut, is_mac: bool) -> String {
     }
 }
 
-/// The entries of the menu.
 pub(super) fn menu(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     entry(ui, "Keys and pointer", Action::ToggleHelp, studio, panel_commands);
     // The page has its own list of samples.

@@ -10,11 +10,10 @@ use super::{
     authors,
     brushes::BrushList,
     calibrating::Calibrating,
-    canvas,
+    canvas::PointerInput,
     dialog::{Answer, PathDialog},
     groups::GroupList,
     help::{Help, LESSON},
-    index_settings::IndexSettingsPanel,
     keys::SHORTCUTS,
     menu,
     numbers::{self, Measured},
@@ -85,8 +84,10 @@ pub struct Interface {
     shortcut_keys: Vec<Key>,
     layers: LayerList,
     selected: SelectionPanel,
-    index_settings: IndexSettingsPanel,
     calibrating: Option<Calibrating>,
+    /// The input of the last layout, until it is carried out.
+    pointer: Option<PointerInput>,
+    requested: PanelCommands,
 }
 
 impl Interface {
@@ -150,7 +151,8 @@ impl Interface {
         self.history.frames().len() < 3
     }
 
-    /// Lays out the interface, executes the user's commands, and returns the model's part of the window, in points.
+    /// Lays out the interface, and returns the model's part of the window, in points. The model changes in
+    /// [`Interface::carry_out`].
     pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
         let mut panel_commands = PanelCommands {
             panel: self.shows_panel,
@@ -225,7 +227,7 @@ impl Interface {
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
-        canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
+        self.pointer = Some(PointerInput::read(ui, &response));
         self.hint(ui, area, studio);
         if panel_commands.panel {
             self.numbers(ui, area, studio, &mut panel_commands);
@@ -244,8 +246,37 @@ impl Interface {
             questions::trouble(ui.ctx(), studio, &mut panel_commands);
         }
         self.question(ui.ctx(), studio, &mut panel_commands);
-        self.apply_panel_commands(ui, studio, panel_commands);
+        self.dialog(ui, studio, &mut panel_commands);
+        self.requested = panel_commands;
         area
+    }
+
+    /// Carries out what the user has drawn and commanded, after the layout.
+    pub fn carry_out(&mut self, studio: &mut Studio) {
+        if let Some(pointer) = self.pointer.take() {
+            pointer.give(studio);
+        }
+        let requested = std::mem::take(&mut self.requested);
+        if let Some(follow) = requested.follow_camera {
+            studio.follow_replay_camera(follow);
+        }
+        if let Some(chosen) = requested.chosen {
+            studio.take_file_outcome();
+            studio.command(chosen);
+        }
+        for command in requested.commands {
+            // The dialog belonged to the previous session.
+            if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..) | Command::PlayFile(_))
+            {
+                self.dialog = None;
+            }
+            studio.command(command);
+        }
+        match (studio.take_file_outcome(), &mut self.dialog) {
+            (Some(Ok(())), dialog) => *dialog = None,
+            (Some(Err(reason)), Some(dialog)) => dialog.fail(reason),
+            _ => {}
+        }
     }
 
     /// Shows times and counts over the right side of the model, which stays in place.
@@ -256,7 +287,6 @@ impl Interface {
             clock_step_ns: self.clock_step_ns,
             adapter: &self.adapter,
         };
-        let settings = &mut self.index_settings;
         Window::new("numbers")
             .title_bar(false)
             .resizable(false)
@@ -266,7 +296,7 @@ impl Interface {
                 ui.set_width(NUMBERS_WIDTH);
                 ScrollArea::vertical()
                     .max_height(area.height() - 24.0)
-                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, panel_commands));
+                    .show(ui, |ui| numbers::show(ui, studio, &measured, panel_commands));
             });
     }
 
@@ -281,7 +311,8 @@ impl Interface {
         }
     }
 
-    fn apply_panel_commands(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: PanelCommands) {
+    /// Shows the dialog of a path, and copies text to the clipboard.
+    fn dialog(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: &mut PanelCommands) {
         (self.shows_panel, self.shows_help) = (panel_commands.panel, panel_commands.help);
         self.is_fullscreen = panel_commands.fullscreen;
         if let Some(ask) = panel_commands.ask {
@@ -298,31 +329,12 @@ impl Interface {
         match dialog.map(|dialog| dialog.show(ui.ctx())) {
             None | Some(Answer::StillOpen) => {}
             Some(Answer::Closed) => self.dialog = None,
-            Some(Answer::Chosen(command)) => {
-                studio.take_file_outcome();
-                studio.command(command);
-            }
+            Some(Answer::Chosen(command)) => panel_commands.chosen = Some(command),
         }
-        match (studio.take_file_outcome(), &mut self.dialog) {
-            (Some(Ok(())), dialog) => *dialog = None,
-            (Some(Err(reason)), Some(dialog)) => dialog.fail(reason),
-            _ => {}
-        }
-        if let Some(follow) = panel_commands.follow_camera {
-            studio.follow_replay_camera(follow);
-        }
-        for command in panel_commands.commands {
-            // The dialog belonged to the previous session.
-            if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..) | Command::PlayFile(_))
-            {
-                self.dialog = None;
-            }
-            if matches!(command, Command::Copy | Command::Cut) {
-                // The text makes the clipboard non-empty, because an empty clipboard is never pasted. It does not
-                // contain the strokes.
-                ui.ctx().copy_text("strokes of osp".to_owned());
-            }
-            studio.command(command);
+        if panel_commands.commands.iter().any(|command| matches!(command, Command::Copy | Command::Cut)) {
+            // The text makes the clipboard non-empty, because an empty clipboard is never pasted. It does not contain
+            // the strokes.
+            ui.ctx().copy_text("strokes of osp".to_owned());
         }
     }
 

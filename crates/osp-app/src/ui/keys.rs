@@ -21,7 +21,6 @@ pub struct Shortcut {
     pub action: Action,
 }
 
-/// A topic of the list of keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Topic {
     File,
@@ -58,7 +57,7 @@ impl Shortcut {
             | Action::AskExportTilt
             | Action::AskPicture
             | Action::AskFilm
-            | Action::Do(Command::New | Command::Quit | Command::Frames) => Topic::File,
+            | Action::Do(Command::New | Command::Quit) => Topic::File,
             Action::ToggleBrushes
             | Action::ToggleStraight
             | Action::ToggleMirror
@@ -189,7 +188,6 @@ pub static SHORTCUTS: &[Shortcut] = &[
     key(Key::F6, "go to view 2", Action::Do(Command::GoToView(1))),
     key(Key::F7, "go to view 3", Action::Do(Command::GoToView(2))),
     key(Key::F8, "go to view 4", Action::Do(Command::GoToView(3))),
-    key(Key::F9, "start or stop writing each frame as a picture", Action::Do(Command::Frames)),
     key(Key::F11, "full screen, or a window again", Action::ToggleFullscreen),
 ];
 

@@ -1,8 +1,7 @@
 use egui::{Align, Button, Color32, Layout, MenuBar, Ui};
 
 use super::{
-    actions::Action,
-    entry::entry,
+    actions::{Action, entry},
     help,
     keys::{LARGER, SMALLER, TURN_LEFT, TURN_RIGHT},
     panel_commands::PanelCommands,
@@ -18,7 +17,6 @@ use crate::{
     tool::ToolChoice,
 };
 
-/// The menu bar.
 pub(super) fn show(
     ui: &mut Ui,
     studio: &Studio,
@@ -83,9 +81,6 @@ fn file(
     entry(ui, "Export glTF…", Action::AskExport, studio, panel_commands);
     entry(ui, "Export .tilt…", Action::AskExportTilt, studio, panel_commands)
         .on_hover_text("a sketch for Tilt Brush and Open Brush");
-    let frames = if studio.writes_frames() { "End writing frames" } else { "Write frames" };
-    entry(ui, frames, Action::Do(Command::Frames), studio, panel_commands)
-        .on_hover_text("each frame becomes a numbered picture, for a video");
     entry(ui, "Save picture…", Action::AskPicture, studio, panel_commands);
     if studio.makes_films() {
         entry(ui, "Save film…", Action::AskFilm, studio, panel_commands)

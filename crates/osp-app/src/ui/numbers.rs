@@ -1,7 +1,6 @@
-use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
+use egui::{ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
-    index_settings::IndexSettingsPanel,
     panel_commands::PanelCommands,
     plot::{frame_plot, stage_color},
 };
@@ -75,13 +74,11 @@ pub(super) fn show(
     ui: &mut Ui,
     studio: &Studio,
     measured: &Measured<'_>,
-    settings: &mut IndexSettingsPanel,
     panel_commands: &mut PanelCommands,
 ) {
     ui.add_space(4.0);
     ui.heading("Culling");
     index(ui, studio, measured.clock_step_ns, panel_commands);
-    settings.show(ui, studio, panel_commands);
     switches(ui, studio, panel_commands);
     ui.separator();
     times(ui, measured);
@@ -89,7 +86,6 @@ pub(super) fn show(
     counts(ui, studio, measured.passes);
     ui.separator();
     layers(ui, studio, panel_commands);
-    CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio, measured.clock_step_ns));
     ui.label(RichText::new(measured.adapter).weak().small());
 }
 
@@ -251,7 +247,6 @@ fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     if ui.checkbox(&mut steps, "occlusion, step by step (F4)").changed() {
         panel_commands.commands.push(Command::Steps(StepsEdit::Show(steps)));
     }
-    ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     ui.checkbox(&mut layers.cut, "polygons that the frustum cuts");
     if let Some((inside, cut)) = studio.inside_and_cut() {
         ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));
@@ -268,52 +263,14 @@ fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     }
 }
 
-fn picking(ui: &mut Ui, studio: &Studio, clock_step_ns: u64) {
-    let picks = studio.culling().picks();
-    let last = picks.last.map_or("nothing".to_owned(), |id| format!("polygon {}", count(u64::from(id.0))));
-    table(
-        ui,
-        "picks",
-        &[
-            ("last pick", last),
-            ("its time", once(picks.last_ns, clock_step_ns, |ns| format!("{:.1} µs", ns as f64 * 1.0e-3))),
-            ("rays", count(picks.rays)),
-            ("polygons tested", count(picks.tests)),
-            ("time of all picks", ms(picks.total_ns)),
-        ],
-    );
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_steps_of_clocks_are_named_in_their_units() {
-        let step = |ns| clock_line(ns, 500).split(": ").last().unwrap_or_default().to_owned();
-        assert_eq!(
-            [41, 4_999, 5_000, 99_999, 100_000].map(step),
-            ["41 ns", "5.0 µs", "5.0 µs", "100 µs", "100 µs"]
-        );
-        assert_eq!([999_999, 1_000_000, 16_600_000].map(step), ["1.0 ms", "1.0 ms", "17 ms"]);
-        assert!(clock_line(5_000, 7).contains("means of 7 frames"), "{}", clock_line(5_000, 7));
-        assert!(clock_line(5_000, 240).contains("means of 60 frames"));
-        assert!(clock_line(0, 240).contains("no times"));
-    }
-
-    #[test]
-    fn what_is_shorter_than_a_step_is_given_no_number() {
-        assert_eq!(once(0, 100_000, ms), "less than 100 µs");
-        assert_eq!(once(100_000, 100_000, ms), "0.10 ms");
-        assert_eq!(once(30, 25, ms), "0.00 ms");
-    }
-
-    #[test]
-    fn large_counts_are_grouped() {
-        let plain = |n| count(n).replace('\u{202f}', " ");
-        assert_eq!(
-            [plain(0), plain(999), plain(1000), plain(12_345_678)],
-            ["0", "999", "1 000", "12 345 678"]
-        );
+    fn times_below_a_step_of_the_clock_have_no_number_and_large_counts_are_grouped() {
+        assert_eq!([41, 4_999, 99_999, 999_999].map(short), ["41 ns", "5.0 µs", "100 µs", "1.0 ms"]);
+        assert_eq!([0, 100_000].map(|ns| once(ns, 100_000, ms)), ["less than 100 µs", "0.10 ms"]);
+        assert_eq!([999, 12_345_678].map(count), ["999", "12\u{202f}345\u{202f}678"]);
     }
 }

@@ -5,7 +5,6 @@ use crate::command::Command;
 /// The colour of warnings.
 pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
 
-/// The purpose of a path in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PathPurpose {
     Open,
@@ -16,10 +15,12 @@ pub(super) enum PathPurpose {
     Picture,
 }
 
-/// Commands of the panels, which are executed after all panels are laid out.
+/// Commands of the panels, which are executed after the layout.
 #[derive(Debug, Default)]
 pub(super) struct PanelCommands {
     pub(super) commands: Vec<Command>,
+    /// The command with the path that was chosen in a dialog.
+    pub(super) chosen: Option<Command>,
     pub(super) ask: Option<PathPurpose>,
     pub(super) panel: bool,
     pub(super) help: bool,

@@ -2,7 +2,6 @@ use egui::{Color32, Mesh, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2};
 
 use crate::stats::{FrameStage, History};
 
-/// The colour of each stage.
 pub(super) fn stage_color(stage: FrameStage) -> Color32 {
     match stage {
         FrameStage::Strokes => Color32::from_rgb(240, 200, 90),

@@ -2,7 +2,10 @@ use std::path::{Path, PathBuf};
 
 use egui::{RichText, Ui};
 
-use super::{actions::Action, entry::entry, panel_commands::PanelCommands};
+use super::{
+    actions::{Action, entry},
+    panel_commands::PanelCommands,
+};
 use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio};
 use osp_session::platform::fs;
 

@@ -55,7 +55,6 @@ pub(super) fn show(
     }
 }
 
-/// Shows the state of the tracker.
 fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let (watch, counts) = (studio.watch(), tracker.counts());
     // Ages increase while no message arrives, so the next frame must come soon: first to show that a body is lost, then

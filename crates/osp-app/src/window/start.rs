@@ -8,6 +8,7 @@ use winit::event_loop::EventLoop;
 use crate::{
     journal::Unwritten,
     session::OpenError,
+    threads::Wake,
     tracker::{TrackerAddress, TrackerError, TrackerOptions},
 };
 use osp_render::RenderError;
@@ -91,10 +92,6 @@ fn expected_monitors(monitors: &[MonitorInfo]) -> String {
         _ => format!("one of {}", monitors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")),
     }
 }
-
-/// An event from another thread, which wakes the event loop.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Wake;
 
 /// Opens an event loop. On a system without a display this fails. Without a keyboard library winit panics; the panic
 /// becomes an error.

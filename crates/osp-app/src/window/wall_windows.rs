@@ -141,7 +141,7 @@ pub fn monitors() -> Result<Vec<MonitorInfo>, WindowError> {
     /// Lists the monitors once, then ends the event loop.
     struct MonitorList(Vec<MonitorInfo>);
 
-    impl ApplicationHandler<super::Wake> for MonitorList {
+    impl ApplicationHandler<crate::threads::Wake> for MonitorList {
         fn resumed(&mut self, event_loop: &ActiveEventLoop) {
             self.0 = numbered(event_loop).into_iter().map(|(info, _)| info).collect();
             event_loop.exit();

@@ -15,13 +15,12 @@ use osp_session::{
 use crate::drawing::{Table, across};
 
 #[test]
-fn an_export_replaces_models_and_nothing_else() {
+fn an_export_replaces_a_file_after_a_question_and_never_under_another_ending() {
     let mut table = Table::new();
     let folder = table.folder.path().to_owned();
-    let (model, session, disguised) = (folder.join("m.glb"), folder.join("s.ron"), folder.join("d.glb"));
+    let (model, session) = (folder.join("m.glb"), folder.join("s.ron"));
     let text = "Header(format: 1)\n";
     fs::write(&session, text).expect("written");
-    fs::write(&disguised, text).expect("written");
     fs::write(&model, "glTF, an older one").expect("written");
     let mut export = |path: &Path| {
         table.studio.command(Command::Export(path.to_owned()));
@@ -35,10 +34,7 @@ fn an_export_replaces_models_and_nothing_else() {
     for path in [&session, &folder.join("p.obj")] {
         assert!(export(path).contains("expected a name that ends in .glb"));
     }
-    assert!(export(&disguised).contains("holds a session, not a model"));
-    for path in [&session, &disguised] {
-        assert_eq!(fs::read_to_string(path).expect("there"), text);
-    }
+    assert_eq!(fs::read_to_string(&session).expect("there"), text);
     assert!(!folder.join("p.obj").exists());
     let left = fs::read_dir(&folder).expect("a folder").filter(|entry| {
         entry.as_ref().is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(".unfinished"))
@@ -140,7 +136,7 @@ fn a_replay_is_exported_as_far_as_it_has_played_and_never_over_itself() {
     studio.command(Command::Seek(starts[2]));
     studio.command(Command::Export(part.clone()));
     assert_eq!((drawn_in(&whole).0, drawn_in(&part).0), (4, 2));
-    for over in [Command::Export(whole.clone()), Command::ExportOver(whole.clone())] {
+    for over in [Command::Export(whole.clone()), Command::Over(Box::new(Command::Export(whole.clone())))] {
         studio.command(over);
         assert!(studio.question().is_none());
         let said = last_said(&studio);

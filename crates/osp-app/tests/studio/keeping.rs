@@ -342,8 +342,7 @@ fn every_question(folder: &Path) -> Vec<Question> {
             path: long.clone(),
             damage: format!("{}, line 3: expected a whole value", long.display()),
         },
-        Question::SaveOver(long.clone()),
-        Question::ExportOver(long.clone()),
+        Question::Replace(long.clone(), Box::new(Command::SaveAs(long.clone()))),
         Question::Unwritten {
             reason: format!("{}: it was removed, or its folder was", long.display()),
             is_kept: true,

@@ -2,14 +2,12 @@
 
 use std::{
     f32::consts::PI,
-    fs,
     path::{Path, PathBuf},
 };
 
 use egui::{Key, Modifiers};
 use osp::glam::{Quat, Vec2, Vec3};
 use osp_app::{Button, Command, Held, Input, ReplayStart};
-use osp_render::Image;
 use osp_session::{
     recording::{Camera, Flush, Header, OpenOptions, Pace, RonWriter, SynthKind, synthesize},
     replay::CameraChoice,
@@ -146,33 +144,4 @@ fn keys_keep_views_and_go_to_them() {
     assert!(eye(&harness).distance(first) > 0.1, "view 2 is not kept");
     harness.press(Key::F7);
     assert!(eye(&harness).distance(first) < 1.0e-4);
-}
-
-#[test]
-fn frames_go_to_a_new_folder_in_their_order_and_the_command_for_a_video_is_said() {
-    let mut table = Table::new();
-    table.drag(Button::Primary, &across(0.0));
-    let path = table.folder.path().join("mine.ron");
-    table.studio.command(Command::SaveAs(path));
-    fs::create_dir(table.folder.path().join("mine-frames-1")).expect("a folder that is there already");
-    table.studio.command(Command::Frames);
-    assert!(table.studio.writes_frames());
-    for shade in 0..20u8 {
-        let image = Image::from_rgba(2, 2, vec![shade; 16]);
-        table.studio.take_frame(image.expect("a picture"));
-    }
-    table.studio.command(Command::Frames);
-    assert!(!table.studio.writes_frames());
-    let folder = table.folder.path().join("mine-frames-2");
-    let mut names: Vec<String> = fs::read_dir(&folder)
-        .expect("a folder")
-        .map(|file| file.expect("a file").file_name().into_string().expect("a name"))
-        .collect();
-    names.sort();
-    assert_eq!(names.len(), 20);
-    assert_eq!((names[0].as_str(), names[19].as_str()), ("000000.png", "000019.png"));
-    let said = table.studio.messages().last().expect("a message");
-    assert!(said.contains("20 frames") && said.contains("ffmpeg -framerate 30"), "{said}");
-    assert!(said.contains("mine-frames-2/*.png"), "{said}");
-    assert!(table.folder.path().join("mine-frames-1").read_dir().expect("a folder").next().is_none());
 }

@@ -12,7 +12,6 @@ mod filming;
 mod fingers;
 mod groups;
 mod hands;
-mod index_settings;
 mod keeping;
 mod kept_views;
 mod limits;

@@ -194,7 +194,7 @@ fn a_picture_replaces_no_session() {
     drag(&mut harness, &across());
     let path = harness.state().folder.path().join("mine.ron");
     harness.state_mut().studio.command(Command::SaveAs(path.clone()));
-    harness.state_mut().studio.command(Command::PictureOver(path.clone()));
+    harness.state_mut().studio.command(Command::Over(Box::new(Command::Picture(path.clone()))));
     let outcome = harness.state_mut().studio.take_file_outcome();
     assert!(outcome.is_some_and(|outcome| outcome.is_err()));
     assert!(fs::read_to_string(path).expect("a session").starts_with("Header"));

@@ -32,7 +32,10 @@ pub(crate) fn panels(studio: Studio, folder: tempfile::TempDir, size: Vec2) -> H
     let state = Window { studio, interface, model: Rect::NOTHING, report: FrameReport::default(), folder };
     let mut harness = Harness::builder().with_size(size).build_ui_state(
         |ui, window: &mut Window| {
+            let events = window.studio.session().event_count();
             window.model = window.interface.show(ui, &mut window.studio);
+            assert_eq!(window.studio.session().event_count(), events, "a layout draws nothing");
+            window.interface.carry_out(&mut window.studio);
             let size_px = glam::Vec2::new(window.model.width(), window.model.height());
             window.report = window.studio.frame(size_px, 0.016);
         },

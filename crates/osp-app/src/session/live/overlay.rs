@@ -30,7 +30,6 @@ struct Stroke {
     has_ended: bool,
 }
 
-/// The stroke that the event draws.
 fn drawn_by(event: &Event) -> Option<StrokeId> {
     match event {
         Event::Begin { stroke, .. }

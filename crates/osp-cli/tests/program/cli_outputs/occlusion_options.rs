@@ -26,6 +26,9 @@ fn verify_tests_nodes_as_asked() {
     let apart = by("corners-apart");
     assert_eq!(apart.1, "msvbsp, 64 occluders (not conservative)");
     assert!(of(&apart, "hidden") >= c);
+    // The former name.
+    let former = verified(&["--occlusion", "msvbsp", "--nodes-only", "--test", "sphere"]);
+    assert_eq!(of(&former, "nodes_tested"), of(&sphere, "nodes_tested"));
 }
 
 #[test]
@@ -72,7 +75,7 @@ fn replay_takes_both_options_and_nothing_visible_is_culled() {
 fn what_would_change_nothing_or_cull_wrongly_is_refused() {
     let said = OSP.refused(["replay", "recordings/room.ron", "--node-test", "sphere"]);
     assert!(said.contains("--node-test is about occlusion culling"), "{said}");
-    let replay = ["replay", "recordings/room.ron", "--occlusion", "msvbsp", "--node-test", "corners-apart"];
-    let said = OSP.refused(replay);
+    let command = ["replay", "recordings/room.ron", "--occlusion", "msvbsp", "--node-test", "corners-apart"];
+    let said = OSP.refused(command);
     assert!(said.contains("corners"), "{said}");
 }
