@@ -146,7 +146,7 @@ fn check_special(path: &Path, force: bool) -> io::Result<()> {
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
-        return fs::Identity::of(&a) == fs::Identity::of(&b);
+        return Identity::of(&a) == Identity::of(&b);
     }
     match (whole_path(a), whole_path(b)) {
         (Some(a), Some(b)) => a == b,
