@@ -26,7 +26,8 @@ use crate::{
 /// Number of boxes that are tested at once.
 const LANES: usize = 16;
 
-/// Bound of the relative error of a box's depth from rounding.
+/// Bound of the relative error of a box's or corner's depth from rounding. It hides nothing to leave it out: the facets'
+/// slack exceeds their own errors by more than this one rounding.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
 /// Largest tangent of the angle between the direction of view and the window's border for which pixels are

@@ -204,7 +204,8 @@ impl Facet {
     }
 
     /// Sets the facet's plane from the corners of the polygon before it was cut. Does nothing if the facet is
-    /// small or nearly edge-on.
+    /// small or nearly edge-on. A plane behind all corners is behind the whole polygon, small or not. If edge-on, rounding
+    /// exceeds the slack only if a corner lies more than 10^9 times as far as the nearest depth.
     #[inline(always)]
     pub(super) fn set_plane(&mut self, eyes: &[DVec3], raster: &Raster, pushed: Pushed) {
         let is_small = self

@@ -19,7 +19,8 @@ const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
 /// rounding error.
 const INSIDE: f32 = 2.0e-5;
 
-/// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel.
+/// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel. Without
+/// [`INSIDE`], the excess of [`MARGIN`] would cover the rounding.
 const TOUCH: f32 = (SAMPLE + MARGIN) as f32 + INSIDE;
 
 /// The distance of an edge that bounds nothing.
@@ -134,7 +135,7 @@ struct Edges {
     c: [f64; EDGES],
     /// Least value at a tile's corners, less twice [`MARGIN`], and greatest value, plus twice [`MARGIN`]; both relative to
     /// the value at the first sample. If the least is below 0, the edge may come near the tile. If the greatest is, the
-    /// facet does not.
+    /// facet does not. One [`MARGIN`] covers all errors; the other one makes neighbours decide alike despite rounding.
     ends: [[f32; EDGES]; 2],
     /// Bits of the edges without a neighbour, and of the edges without length.
     open: u32,

@@ -68,6 +68,8 @@ mod table;
 mod tiles;
 
 #[cfg(test)]
+mod margin_tests;
+#[cfg(test)]
 mod tests;
 
 pub use buffer::CoverageBuffer;

@@ -120,7 +120,7 @@ impl Facet {
     }
 
     /// The ratio of a corner's reciprocal depth to that of the facet's plane at the corner's pixel, at most
-    /// 1.
+    /// 1. The slack only repeats what [`Facet::depths`] takes off.
     fn depth_ratio(&self, seen: &Seen, raster: &Raster) -> f64 {
         let at = raster.flat_in_pixels(seen.eye.x / seen.eye.z, seen.eye.y / seen.eye.z);
         let [base, by_x, by_y] = self.plane;

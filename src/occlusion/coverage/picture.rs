@@ -8,8 +8,11 @@ use crate::view::ViewWindow;
 /// Corners are rounded to this fraction of a pixel.
 pub(super) const STEPS: f64 = 64.0;
 
-/// Largest error of a corner's position in the picture, across and up, pixels: half a step, and [`KNOWN`].
+/// Largest error of a corner's position in the picture, across and up, pixels: half a step, and [`KNOWN`]. It exceeds
+/// their sum by more than `f32` errs at an edge.
 pub(super) const MARGIN: f64 = 1.0 / 64.0;
+
+const _: () = assert!(0.5 / STEPS + KNOWN + 0.001 < MARGIN);
 
 /// Largest error of a corner's position before it is rounded to steps, pixels.
 const KNOWN: f64 = 0.004;
@@ -115,7 +118,8 @@ impl Picture {
 /// Number of bits of a corner's coordinate that are below the pixel.
 pub(super) const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
 
-/// The pixels in a range of coordinates in steps, widened by [`MARGIN`], which is one step.
+/// The pixels in a range of coordinates in steps, widened by [`MARGIN`], which is one step. The high end does not need it: an
+/// error below one step takes no coordinate up to the next pixel.
 #[inline(always)]
 pub(super) fn pixels_between([low, high]: [i32; 2]) -> [i32; 2] {
     [(low - 1) >> STEP_BITS, ((high + 1) >> STEP_BITS) + 1]

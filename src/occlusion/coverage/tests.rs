@@ -22,10 +22,10 @@ use crate::{
 };
 
 /// Pseudo-random numbers from 0 to 1 (Knuth).
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn next(&mut self) -> f32 {
+    pub(super) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1_u64 << 24) as f32
     }
@@ -44,7 +44,7 @@ impl Random {
     }
 }
 
-struct Polygons(Vec<ConvexPolygon>);
+pub(super) struct Polygons(pub(super) Vec<ConvexPolygon>);
 
 impl Geometry for Polygons {
     fn id_end(&self) -> usize {
@@ -93,13 +93,13 @@ fn occluders(random: &mut Random) -> Polygons {
     Polygons(all)
 }
 
-fn window(eye_in_world: Vec3) -> ViewWindow {
+pub(super) fn window(eye_in_world: Vec3) -> ViewWindow {
     let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.01, 100.0);
     let view = View { eye_in_world, world_from_view: Quat::IDENTITY, projection };
     view.window().expect("a pointed cone")
 }
 
-fn built(polygons: &Polygons, window: &ViewWindow) -> CoverageBuffer {
+pub(super) fn built(polygons: &Polygons, window: &ViewWindow) -> CoverageBuffer {
     let mut surfaces = Surfaces::default();
     let ids = || (0..polygons.0.len() as u32).map(PolygonId);
     ids().for_each(|id| _ = surfaces.set(polygons, id));
