@@ -28,6 +28,12 @@ impl ComingImage {
         self.is_here.load(Ordering::Acquire).then(|| self.finish())
     }
 
+    /// Waits for the picture and returns it.
+    pub(super) fn wait(&self, gpu: &Gpu) -> Result<Image, RenderError> {
+        gpu.wait()?;
+        self.finish()
+    }
+
     fn finish(&self) -> Result<Image, RenderError> {
         let bytes = self.buffer.slice(..).get_mapped_range();
         let bytes = bytes.map_err(|error| RenderError::Device(error.to_string()))?;
