@@ -26,7 +26,7 @@ use crate::{
 /// Number of boxes that are tested at once.
 const LANES: usize = 16;
 
-/// Bound of the relative error of a box's or corner's depth from rounding. It hides nothing to leave it out: the facets'
+/// Bound of the relative error of a box's or corner's depth from rounding. Leaving it out hides nothing more: the facets'
 /// slack exceeds their own errors by more than this one rounding.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
