@@ -1,9 +1,8 @@
 //! A session that has been read to its end. No command reads a session twice.
 
-use std::path::Path;
-
 use glam::Vec3;
 
+#[cfg(any(feature = "bench", feature = "render"))]
 use super::{reading::ReadArgs, session::OpenSession};
 use osp::index::IndexConfig;
 use osp_session::{
@@ -43,7 +42,12 @@ type Read = Result<Event, RecordingError>;
 impl ReadSession {
     /// Reads a file and prints the warnings.
     #[cfg(any(feature = "bench", feature = "render"))]
-    pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace, keep: Keep) -> anyhow::Result<Self> {
+    pub(super) fn at(
+        file: &std::path::Path,
+        reading: &ReadArgs,
+        pace: Pace,
+        keep: Keep,
+    ) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
         let (read_session, read) = Self::of(session.header.clone(), &mut session, pace, keep, |_, _| {});
         session.warn();
