@@ -26,9 +26,6 @@ fn verify_tests_nodes_as_asked() {
     let apart = by("corners-apart");
     assert_eq!(apart.1, "msvbsp, 64 occluders (not conservative)");
     assert!(of(&apart, "hidden") >= c);
-    // The former name.
-    let former = verified(&["--occlusion", "msvbsp", "--nodes-only", "--test", "sphere"]);
-    assert_eq!(of(&former, "nodes_tested"), of(&sphere, "nodes_tested"));
 }
 
 #[test]
