@@ -93,11 +93,14 @@ fn a_sketch_is_exported_with_its_edits_as_convert_writes_it() {
     assert!(fs::read(&second).expect("there") == converted(&second_saved));
     table.studio.command(Command::SelectAll);
     table.studio.command(Command::EraseSelected);
-    table.studio.command(Command::Export(second.clone()));
-    assert!(table.studio.question().expect("a question").text().contains("second.TILT"));
-    assert_eq!(drawn_in(&second).0, 3, "not before the answer");
+    // A file that exists, and that this window has not read.
+    let third = table.folder.path().join("third.tilt");
+    fs::copy(&second, &third).expect("copied");
+    table.studio.command(Command::Export(third.clone()));
+    assert!(table.studio.question().expect("a question").text().contains("third.tilt"));
+    assert!(fs::read(&third).expect("there") == converted(&second_saved), "not before the answer");
     table.studio.command(Command::Answer(Answer::Replace));
-    assert_eq!(drawn_in(&second).0, 0);
+    assert_eq!(drawn_in(&third).0, 0);
 }
 
 #[test]

@@ -60,7 +60,8 @@ fn a_picture_shows_the_whole_model_unless_asked_otherwise() {
     let drawn = |camera: &[&str], size: &str| {
         let out = folder.path().join("a.png");
         let out = out.to_str().expect("text");
-        let line = OSP.done([&["render", "recordings/room.ron", out, "--size", size][..], camera].concat());
+        let line = OSP
+            .done([&["render", "--force", "recordings/room.ron", out, "--size", size][..], camera].concat());
         let numbers: Vec<u64> =
             line.split([':', ' ']).filter_map(|word| word.replace(',', "").parse().ok()).collect();
         (numbers[1], numbers[2])
