@@ -76,31 +76,7 @@ fn odd_sides_of_an_mp4_grow_by_a_pixel() {
     let said = film("recordings/scribble.ron", &out, "grow", "97x55");
     assert!(said.contains("97x55 pixels become 98x56: a video has even sides"), "{said}");
     assert_eq!(mp4(&out).size, (98, 56));
-    let said = film("recordings/scribble.ron", &out, "grow", "98x56");
+    let even = folder.path().join("even.mp4");
+    let said = film("recordings/scribble.ron", &even, "grow", "98x56");
     assert!(!said.contains("become"), "{said}");
-}
-
-#[test]
-fn a_film_replaces_a_film_of_osp_only() {
-    let Some(_) = gpu() else { return };
-    let folder = temp();
-    let out = folder.path().join("film.mp4");
-    let name = out.to_str().expect("utf-8");
-    let read = || fs::read(&out).expect("a film");
-    film("recordings/scribble.ron", &out, "grow", "32x32");
-    let first = read();
-    film("recordings/scribble.ron", &out, "grow", "48x32");
-    assert_ne!(read(), first);
-    // A video of another program differs in this name.
-    let mut bytes = read();
-    let mark = bytes.windows(8).position(|part| part == b"osp film").expect("its name");
-    bytes[mark..][..8].copy_from_slice(b"my video");
-    fs::write(&out, &bytes).expect("written");
-    let said = OSP.refused(["film", "recordings/scribble.ron", name, "--size", "32x32"]);
-    let why = "holds a file of another kind, not a film of osp (MP4); --force replaces it";
-    assert!(said.contains(why), "{said}");
-    assert_eq!(read(), bytes);
-    OSP.done(["film", "recordings/scribble.ron", name, "--size", "64x32", "--seconds", "0.1", "--force"]);
-    assert_ne!(read(), bytes);
-    assert_eq!(names(folder.path()), ["film.mp4"]);
 }

@@ -50,7 +50,7 @@ fn each_screen_and_eye_has_a_picture_of_its_shape() {
     assert_eq!(sizes, [("one-left.png", 120, 90), ("one-right.png", 120, 90)]);
 
     for method in ["none", "msvbsp", "depth-last", "hzb"] {
-        let args = ["two.png", "--rig", "dual-wall", "--occlusion", method, "--check"];
+        let args = ["two.png", "--force", "--rig", "dual-wall", "--occlusion", method, "--check"];
         let output = osp(&args, folder.path());
         assert!(
             output.status.success() && said(&output).contains("culling changes no pixel"),
