@@ -1,10 +1,10 @@
 //! `osp film` in MP4, read by a decoder.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use super::{decoded_film::Film, decoded_mp4::Mp4Film, scenes::gpu};
 use crate::OSP;
-use osp_testkit::{names, stderr, temp};
+use osp_testkit::{stderr, temp};
 
 /// Films a shipped session for 0.8 seconds at ten pictures a second.
 fn film(session: &str, out: &Path, path: &str, size: &str) -> String {
