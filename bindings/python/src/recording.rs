@@ -285,7 +285,7 @@ impl Recording {
             player.events().iter().for_each(|event| recording.note(event, &mut rows));
             signals.check()?;
         }
-        recording.scene = player.scene().clone();
+        recording.scene = player.into_state().scene;
         let notes = session.notes.unwrap_or_default();
         (recording.warnings, recording.skipped) = (notes.warnings, notes.skipped);
         let boxes = recording.scene.visible_ids().map(|id| recording.scene.bounds(id));

@@ -35,7 +35,7 @@ fn studio(folder: &Path, events: &[Event]) -> Studio {
     Studio::new(player, autosaves, IndexKind::BruteForce)
 }
 
-/// Compares the model with that of a replay which has only played to the same frame.
+/// Compares the model with that of a second replay, which has played from the beginning to the same frame.
 fn check_played(studio: &Studio) {
     let session = studio.session();
     let mut fresh =

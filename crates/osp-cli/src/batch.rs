@@ -33,7 +33,7 @@ use osp_session::{
 const ENDINGS: [&str; 11] =
     [".ron.zst", ".poses.gz", ".obj.gz", ".ron", ".tilt", ".apa", ".json", ".poses", ".obj", ".glb", ".gltf"];
 
-/// Number of bytes at the beginning of a file that tell what it is.
+/// Number of leading bytes that identify the kind of a file.
 const START_BYTES: u64 = 4096;
 
 /// A session and the file to make from it.
@@ -313,7 +313,7 @@ fn is_made(path: &Path) -> bool {
     start.windows(mark.len()).any(|part| part == mark)
 }
 
-/// Returns the first bytes of a file. None if it cannot be read.
+/// Returns the first bytes of a file; no bytes if it cannot be read.
 fn start_of(path: &Path) -> Vec<u8> {
     let mut start = Vec::new();
     let _ = open_regular(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));

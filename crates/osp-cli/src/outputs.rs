@@ -9,8 +9,6 @@ use anyhow::anyhow;
 use clap::Args;
 
 use super::output;
-#[cfg(feature = "bench")]
-use osp_session::atomic_file::write_atomically;
 use osp_session::{
     atomic_file::{AtomicFile, Destination},
     output_file::{OutputError, check_new_output, check_output},
@@ -146,8 +144,9 @@ impl Output {
     /// Writes the whole file.
     #[cfg(feature = "bench")]
     pub(super) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
-        self.check()?;
-        write_atomically(&self.path, |out| out.write_all(bytes)).map_err(|error| self.failed(&error))
+        let mut file = self.create()?;
+        io::Write::write_all(&mut file, bytes).map_err(|error| self.failed(&error))?;
+        self.commit(file).map(drop)
     }
 
     fn failed(&self, error: &io::Error) -> anyhow::Error {

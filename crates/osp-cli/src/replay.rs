@@ -86,8 +86,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// Returns what the command prints about a session, and the checks that failed. Adds the session's fingerprint to
-/// `new_pins`.
+/// Returns the printed text of a session, and the failed checks. Adds the session's fingerprint to `new_pins`.
 fn verdict(
     args: &ReplayArgs,
     file: &Path,

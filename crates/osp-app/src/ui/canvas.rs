@@ -23,7 +23,7 @@ pub(super) struct PointerInput {
 }
 
 impl PointerInput {
-    /// The input of the layout's frame. `response` is that of the model's part of the window.
+    /// Copies the pointer's input of this frame. `response` belongs to the model's part of the window.
     pub(super) fn read(ui: &Ui, response: &Response) -> Self {
         let area = response.rect;
         let size_px = Vec2::new(area.width(), area.height()) * ui.ctx().pixels_per_point();

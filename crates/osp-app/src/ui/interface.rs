@@ -251,7 +251,7 @@ impl Interface {
         area
     }
 
-    /// Carries out what the user has drawn and commanded, after the layout.
+    /// Applies the pointer's input and the user's commands. Call it after the layout.
     pub fn carry_out(&mut self, studio: &mut Studio) {
         if let Some(pointer) = self.pointer.take() {
             pointer.give(studio);

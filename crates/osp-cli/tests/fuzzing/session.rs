@@ -1,4 +1,4 @@
-//! Any session, frame by frame: the scene keeps its books, and each frame finds what the plainest code finds.
+//! Plays any session frame by frame. The scene stays valid, and the index finds in each frame what a plain loop finds.
 
 use super::input::{self, Input, below};
 use osp::{
