@@ -71,7 +71,6 @@ fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, Js
         summary,
         pace,
         camera: camera(CameraChoice::Auto),
-        rig: None,
         root,
         kinds: kinds.clone(),
         reference,
