@@ -12,9 +12,6 @@ pub enum NodeTest {
     Sphere,
     /// The node's box. It lies inside the sphere, so this test finds at least as many hidden nodes in the same time.
     Box,
-    /// The box's outline, clipped by the tree's planes. This test finds a few more hidden nodes in several times the
-    /// time.
-    Outline,
     /// The box's eight corners, which must all lie in one cell of the tree and beyond one occluder. It finds fewer hidden
     /// nodes than the box, which may lie in several hidden cells.
     Corners,
@@ -22,14 +19,13 @@ pub enum NodeTest {
 
 impl NodeTest {
     /// All kinds of tests.
-    pub const ALL: [Self; 4] = [Self::Box, Self::Sphere, Self::Outline, Self::Corners];
+    pub const ALL: [Self; 3] = [Self::Box, Self::Sphere, Self::Corners];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
             Self::Sphere => "sphere",
-            Self::Outline => "outline",
             Self::Corners => "corners",
         }
     }
@@ -228,7 +224,6 @@ impl Thinner for Tests<'_> {
                 }
                 tested
             }
-            NodeTest::Outline => self.culler.test_outline(bounds),
             NodeTest::Corners => self.culler.test_corners(bounds),
         };
         self.counts.node_tests += 1;

@@ -65,12 +65,6 @@ pub trait OcclusionCuller: Send + Sync {
         one_by_one(boxes, |bounds| self.test_box(bounds))
     }
 
-    /// Tests a box by its exact outline if the method can do so; otherwise as [`OcclusionCuller::test_box`]. Hides at least
-    /// as much as that test.
-    fn test_outline(&self, bounds: &Aabb) -> Tested {
-        self.test_box(bounds)
-    }
-
     /// Tests a box by its eight corners. The box is hidden only if all corners lie in one cell of the method's shadow.
     /// A cell is convex, so it then contains the whole box. Hides no more than [`OcclusionCuller::test_box`]. If the
     /// method has no cells, the result is equal.

@@ -1,5 +1,5 @@
 use super::{
-    DepthBuffer, DepthConfig, MakeCuller, NoOcclusion, OcclusionCuller,
+    CoverageBuffer, MakeCuller, NoOcclusion, OcclusionCuller,
     msvbsp::{Msvbsp, MsvbspConfig},
     tree::node_budget,
 };
@@ -13,7 +13,7 @@ pub enum Occlusion {
     None,
     /// A shadow-volume BSP tree of the largest polygons: [`Msvbsp`].
     Msvbsp,
-    /// A software depth buffer of the pixels that the largest polygons cover wholly: [`DepthBuffer`].
+    /// A software depth buffer of the pixels that the largest polygons cover wholly: [`CoverageBuffer`].
     Depth,
     /// A software depth buffer of the previous frame's visible polygons: [`super::PreviousFrameOccluders`].
     PreviousFrame,
@@ -47,7 +47,7 @@ impl Occlusion {
                     ..MsvbspConfig::default()
                 }))
             },
-            Self::Depth => |_| Box::new(DepthBuffer::new(DepthConfig::default())),
+            Self::Depth => |_| Box::new(CoverageBuffer::new(1024, 576)),
         }
     }
 

@@ -23,9 +23,6 @@ mod cone;
 mod coverage;
 mod cull;
 mod culler;
-mod depth;
-mod depth_fill;
-mod depth_tile;
 mod explore;
 mod hull;
 mod kind;
@@ -57,7 +54,6 @@ pub use self::{
     coverage::CoverageBuffer,
     cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest},
     culler::{BuildCounts, MakeCuller, OcclusionCuller, Soundness},
-    depth::{DepthBuffer, DepthConfig},
     explore::TryBudget,
     none::NoOcclusion,
     pool::{Grouping, OccluderPool, PoolConfig},
@@ -77,7 +73,6 @@ pub use self::{
 pub mod kernels {
     pub use super::{
         cone::{Span, clip, has_area, reach},
-        depth_fill::Coverage,
         tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
         tree::{
             CapRule, Caps, Child, EyeBox, EyeSphere, Link, MAX_DEPTH, Node, ShadowTree, Side, Volume,

@@ -19,8 +19,8 @@
 //!   piece.
 //! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is omitted exactly if the
 //!   cell already lies in front of it, which includes shared planes on both sides.
-//! * Rule 4 drops other occluders that reach a shadowed cell. With [`Refine::NearerOccluders`], occluders that come nearer
-//!   than the cap divide the cell further.
+//! * Rule 4 drops other occluders that reach a shadowed cell. Here occluders that come nearer than the cap divide the
+//!   cell further.
 //! * The paper has no caps, so it culls everything between the eye and an occluder.
 //!
 //! # Why it is conservative
@@ -48,22 +48,10 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Treatment of other occluders that reach a cell already covered by an occluder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[doc(hidden)]
-pub enum Refine {
-    /// They are dropped in this cell (the paper's rule 4).
-    Never,
-    /// They divide the cell further if they come nearer than the cap.
-    NearerOccluders,
-}
-
 /// Settings of [`Msvbsp`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub struct MsvbspConfig {
-    /// Treatment of other occluders that reach a shadowed cell.
-    pub refine: Refine,
     /// Largest number of splitting planes. It also bounds the time of a build. A plane takes 32 bytes.
     pub node_budget: usize,
     /// Largest sum of the corners of all cells and clipped pieces of one build. A corner takes 24 bytes.
@@ -71,9 +59,9 @@ pub struct MsvbspConfig {
 }
 
 impl Default for MsvbspConfig {
-    /// Refines shadowed cells; 4,096 planes, 65,536 corners.
+    /// 4,096 planes, 65,536 corners.
     fn default() -> Self {
-        Self { refine: Refine::NearerOccluders, node_budget: 4096, point_budget: 65_536 }
+        Self { node_budget: 4096, point_budget: 65_536 }
     }
 }
 
@@ -151,20 +139,15 @@ impl Msvbsp {
                 break;
             }
             task.caps = self.tree.add_cap(task.caps, occluder);
-            match self.config.refine {
-                Refine::Never => break,
-                Refine::NearerOccluders => {
-                    // Only occluders with a corner nearer than this cap can hide more in the cell.
-                    let (normal, distance) = (occluder.cap_normal(), occluder.cap_distance_m());
-                    self.ahead.clear();
-                    self.ahead.extend(self.current[next..].iter().copied().filter(|p| {
-                        let corners = occluders[p.occluder as usize].corners();
-                        corners.iter().any(|v| normal.dot(*v) < distance)
-                    }));
-                    std::mem::swap(&mut self.current, &mut self.ahead);
-                    next = 0;
-                }
-            }
+            // Only occluders with a corner nearer than this cap can hide more in the cell.
+            let (normal, distance) = (occluder.cap_normal(), occluder.cap_distance_m());
+            self.ahead.clear();
+            self.ahead.extend(self.current[next..].iter().copied().filter(|p| {
+                let corners = occluders[p.occluder as usize].corners();
+                corners.iter().any(|v| normal.dot(*v) < distance)
+            }));
+            std::mem::swap(&mut self.current, &mut self.ahead);
+            next = 0;
         }
         self.leaf(&task);
     }
@@ -285,10 +268,6 @@ impl OcclusionCuller for Msvbsp {
 
     fn test_boxes(&self, boxes: &[Aabb], from: Cell, needed: Needed) -> TestedBoxes {
         self.tree.test_boxes(boxes, from, needed)
-    }
-
-    fn test_outline(&self, bounds: &Aabb) -> Tested {
-        self.tree.test_outline(bounds)
     }
 
     fn test_corners(&self, bounds: &Aabb) -> Tested {

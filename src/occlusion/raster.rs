@@ -72,12 +72,6 @@ impl Raster {
         (flat - self.corner) * self.pixels_a_unit
     }
 
-    /// Height of a point at the distance `away` along the direction of view, pixels: exactly the y of [`Raster::project`].
-    #[inline]
-    pub(crate) fn project_up(&self, p: DVec3, away: f64) -> f64 {
-        (self.up.dot(p) / away - self.corner.y) * self.pixels_a_unit.y
-    }
-
     /// The coordinates of a vector along `right`, `up` and `forward`.
     #[inline]
     pub(crate) fn in_axes(&self, v: DVec3) -> DVec3 {

@@ -6,10 +6,10 @@ mod parts;
 
 use glam::DVec3;
 
-use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};
+use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict};
 use crate::{
     index::simd::Backend,
-    math::{Aabb, Part, Sphere, split_convex},
+    math::{Aabb, Sphere},
 };
 
 /// Largest number of splitting planes of a tree for `occluders` occluders.
@@ -265,18 +265,6 @@ impl ShadowTree {
         }
     }
 
-    /// Tests a box by its outline, clipped by every plane that the box straddles. It is slower than
-    /// [`ShadowTree::test_box`], but meets only leaves that the box really reaches.
-    pub fn test_outline(&self, bounds: &Aabb) -> Tested {
-        let volume = EyeBox::new(bounds, self.eye_in_world);
-        let Some(outline) = volume.outline() else {
-            return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
-        };
-        let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
-        self.descend_outline(self.top, &outline, &mut query);
-        query.answer()
-    }
-
     /// Tests a box that lies in a box whose test ended with the cell `from`. Returns the verdict and the cell of this box.
     pub fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         let volume = EyeBox::new(bounds, self.eye_in_world);
@@ -326,28 +314,6 @@ impl ShadowTree {
                     return;
                 }
                 at = node.back;
-            }
-        }
-    }
-
-    fn descend_outline(&self, mut at: Child, outline: &Outline, query: &mut Query<'_, EyeBox>) {
-        loop {
-            let node = match at.read() {
-                Ok(i) => &self.nodes[i as usize],
-                Err(caps) => return self.meet_leaf(caps, query),
-            };
-            query.steps += 1;
-            let (low, high) = cone::reach(node.normal, outline.directions());
-            if low >= QUERY_SLACK {
-                at = node.front;
-            } else if high <= -QUERY_SLACK {
-                at = node.back;
-            } else {
-                self.descend_outline(node.front, &outline.clip(node.normal), query);
-                if query.is_decided() {
-                    return;
-                }
-                return self.descend_outline(node.back, &outline.clip(-node.normal), query);
             }
         }
     }
@@ -437,67 +403,6 @@ impl EyeBox {
         let size = center.abs() + half;
         Self { center, half, slack: QUERY_SLACK * (size.x + size.y + size.z) }
     }
-
-    /// The directions to the corners of the box's outline, in order; `None` if the eye is inside the box or at its border.
-    fn outline(&self) -> Option<Outline> {
-        let (low, high) = (self.center - self.half, self.center + self.half);
-        // For each axis, the face that the eye sees, if any; true is the face with the larger coordinate.
-        let shows = |axis: usize| {
-            if low[axis] > 0.0 { Some(false) } else { (high[axis] < 0.0).then_some(true) }
-        };
-        let faces = [shows(0), shows(1), shows(2)];
-        let [a, b, c] = match faces.map(|f| f.is_some()) {
-            [true, _, false] => [0, 1, 2],
-            [false, true, _] => [1, 2, 0],
-            [_, false, true] => [2, 0, 1],
-            [true, true, true] => [0, 1, 2],
-            [false, false, false] => return None,
-        };
-        let mut outline = Outline { len: 0, directions: [DVec3::ZERO; MAX_OUTLINE] };
-        let mut push = |by_a: bool, by_b: bool, by_c: bool| {
-            let mut p = DVec3::ZERO;
-            for (axis, upper) in [(a, by_a), (b, by_b), (c, by_c)] {
-                p[axis] = if upper { high[axis] } else { low[axis] };
-            }
-            outline.directions[outline.len] = p.normalize_or_zero();
-            outline.len += 1;
-        };
-        // The eye sees one face, two faces that share an edge along c, or three that share a corner. Each step along the
-        // outline changes one axis.
-        match (faces[a]?, faces[b], faces[c]) {
-            (a, None, _) => {
-                push(a, false, false);
-                push(a, true, false);
-                push(a, true, true);
-                push(a, false, true);
-            }
-            (a, Some(b), None) => {
-                push(a, !b, false);
-                push(a, b, false);
-                push(!a, b, false);
-                push(!a, b, true);
-                push(a, b, true);
-                push(a, !b, true);
-            }
-            (a, Some(b), Some(c)) => {
-                push(!a, b, c);
-                push(!a, !b, c);
-                push(a, !b, c);
-                push(a, !b, !c);
-                push(a, b, !c);
-                push(!a, b, !c);
-            }
-        }
-        Some(outline)
-    }
-
-    /// The eight corners.
-    pub(super) fn corners(&self) -> [DVec3; 8] {
-        std::array::from_fn(|i| {
-            let pick = |bit: usize, half: f64| if i >> bit & 1 == 1 { half } else { -half };
-            self.center + DVec3::new(pick(0, self.half.x), pick(1, self.half.y), pick(2, self.half.z))
-        })
-    }
 }
 
 impl Volume for EyeBox {
@@ -530,11 +435,6 @@ impl EyeSphere {
         let size = center.abs();
         Self { center, radius, slack: QUERY_SLACK * (size.x + size.y + size.z + radius) }
     }
-
-    /// The box around the sphere.
-    pub(super) fn bounds(&self) -> EyeBox {
-        EyeBox { center: self.center, half: DVec3::splat(self.radius), slack: self.slack }
-    }
 }
 
 impl Volume for EyeSphere {
@@ -547,44 +447,5 @@ impl Volume for EyeSphere {
     #[inline]
     fn slack(&self) -> f64 {
         self.slack
-    }
-}
-
-/// Largest number of corners of an outline that is being clipped. An outline that would have more stays unclipped, which is
-/// safe.
-const MAX_OUTLINE: usize = 12;
-
-/// The outline of a box, as directions from the eye.
-#[derive(Clone, Copy, Debug)]
-struct Outline {
-    len: usize,
-    directions: [DVec3; MAX_OUTLINE],
-}
-
-impl Outline {
-    fn directions(&self) -> &[DVec3] {
-        &self.directions[..self.len]
-    }
-
-    /// The part of the outline in front of a plane, and up to twice [`QUERY_SLACK`] behind it.
-    fn clip(&self, normal: DVec3) -> Self {
-        let mut clipped = Self { len: 0, directions: [DVec3::ZERO; MAX_OUTLINE] };
-        let mut is_too_long = false;
-        split_convex(
-            self.directions(),
-            |p| normal.dot(p) + 2.0 * QUERY_SLACK,
-            |part, p| {
-                if part == Part::Back {
-                    return;
-                }
-                is_too_long |= clipped.len == MAX_OUTLINE;
-                if !is_too_long {
-                    clipped.directions[clipped.len] =
-                        if part == Part::Crossing { p.normalize_or_zero() } else { p };
-                    clipped.len += 1;
-                }
-            },
-        );
-        if is_too_long || clipped.len < 3 { *self } else { clipped }
     }
 }

@@ -9,7 +9,7 @@ use osp::occlusion::{NodeTest, Score};
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct TestArgs {
     /// Volume by which occlusion culling tests a node of the index: its `box`, the `sphere` around it (as in the paper),
-    /// the `outline` of the box, or whether all eight `corners` lie in one shadow [default: box].
+    /// or whether all eight `corners` lie in one shadow [default: box].
     #[arg(long, value_name = "VOLUME", value_parser = named(&NodeTest::ALL, NodeTest::name))]
     node_test: Option<NodeTest>,
     /// Score of an occluder: the `solid-angle` of its part in view, or equation (1) of the `paper` [default: solid-angle].

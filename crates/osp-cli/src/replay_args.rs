@@ -107,16 +107,15 @@ Methods of --occlusion:
   svbsp         the shadow-volume BSP tree of Chin and Feiner
   svbsp-paper   the paper's variant: inserts single planes
   msvbsp        the paper's modified tree, made conservative
-  depth         a masked depth buffer in software; only pixels that a polygon
-                wholly covers count
+  depth         a depth buffer in software; only pixels that an occluder wholly
+                covers count
   depth-last    a depth buffer of the polygons that were visible in the last
                 frame, joined at shared edges
   auto          in each frame the cheapest of none, msvbsp, depth-last, and hzb
                 with --draw
   hzb, queries  on the graphics adapter, while drawing: a hierarchical depth
                 buffer, or hardware occlusion queries
-  msvbsp-paper, depth-centers
-                not conservative: these methods can cull visible polygons")]
+  msvbsp-paper  not conservative: it can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     #[arg(required = true)]

@@ -151,10 +151,10 @@ pub(super) struct VerifyArgs {
     /// Form of an occluder: a `patch` of neighbouring polygons, or a `single` polygon.
     #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
     grouping: String,
-    /// Volume by which a node is tested: its `box`, the `sphere` around it (as in the paper), the `outline` of the box,
-    /// or its eight `corners` in one shadow. `corners-apart` lets each corner be in a different shadow (left part of
+    /// Volume by which a node is tested: its `box`, the `sphere` around it (as in the paper), or
+    /// its eight `corners` in one shadow. `corners-apart` lets each corner be in a different shadow (left part of
     /// the paper's figure 14; not conservative).
-    #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
+    #[arg(long, default_value = "box", value_parser = ["box", "sphere", "corners", CORNERS_APART])]
     node_test: String,
     /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
     #[arg(long, default_value = "solid-angle", value_parser = score_parser())]

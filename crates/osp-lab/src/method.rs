@@ -44,7 +44,6 @@ impl Method {
         Self::Own(Occlusion::Msvbsp),
         Self::Rival(RivalOcclusion::MsvbspPaper),
         Self::Own(Occlusion::Depth),
-        Self::Rival(RivalOcclusion::DepthCenters),
     ];
 
     /// All methods.

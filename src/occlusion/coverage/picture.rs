@@ -48,10 +48,15 @@ pub(super) struct Picture {
 
 impl Picture {
     pub(super) fn new(window: &ViewWindow, raster: &Raster, usual_m: f64) -> Self {
-        // Let `u = 2^-53`. A corner has the size `s` (the sum of its coordinates from the eye), the depth `z`, and a
-        // tangent of at most `s / z`. Its position errs by less than `96 (1 + s / z)^2 u` times the pixels of a unit, as
-        // [`super::super::depth`] shows. For a corner at the near plane the same bound holds, if `s` is the sum of the
-        // sizes of its edge's ends.
+        // Let `u = 2^-53`. A corner `p` has the size `s` (the sum of its coordinates from the eye), the depth `z`, and a
+        // tangent of at most `r = s / z`.
+        // - Each coordinate of `p` is a sum of at most four rounded terms, none larger than `s`: it errs by `4 u s`.
+        // - So `z`, `right . p` and `up . p` err by `8 u s`: `4 u s` from `p`, `3 u s` from the products and their sum.
+        // - Their quotient errs by `(8 + 9 r) u r`.
+        // - The directions are orthonormal only up to `4 u`, which changes a quotient by `4 u (1 + r) (1 + 2 r)`.
+        // - The conversion to pixels rounds three times more: `6 u (1 + r)`.
+        // The sum is less than `96 (1 + r)^2 u` times the pixels of a unit. For a corner at the near plane the same bound
+        // holds, if `s` is the sum of the sizes of its edge's ends.
         const U: f64 = 0.5 * f64::EPSILON;
         let pixels = raster.pixels_a_unit().max_element();
         let known = (KNOWN / (96.0 * U * pixels)).sqrt() - 1.0;

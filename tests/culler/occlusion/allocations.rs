@@ -19,7 +19,6 @@ fn steady_builds_and_queries_allocate_nothing() {
                 let before = allocations();
                 culler.build(&scene.window, &shadows);
                 std::hint::black_box(culler.test_box(&bounds));
-                std::hint::black_box(culler.test_outline(&bounds));
                 std::hint::black_box(culler.test_sphere(&osp::math::Sphere::around(&bounds)));
                 let made = allocations() - before;
                 assert!(warm || made == 0, "{}: {made} allocations", kind.name());

@@ -103,7 +103,7 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
         for index_kind in IndexKind::ALL {
             let index = inserted(*index_kind, &told);
             for kind in Method::conservative_cullers() {
-                for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
+                for node_test in [NodeTest::Sphere, NodeTest::Box] {
                     for (polygon_test, least_polygons) in [
                         (PolygonTest::Never, 1),
                         (PolygonTest::InPartlyHiddenLeaves, 1),

@@ -11,10 +11,10 @@ use osp::{
 /// How close to a triangle's border a ray still counts as meeting it, as a sine: neighbours meet without a crack.
 const BORDER_SINE: f64 = 1.0e-10;
 
-/// Whether any of the three tests calls a box hidden.
+/// Whether the test of a box or of its ball calls a box hidden.
 pub(crate) fn hides(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
     let ball = Sphere { center: bounds.center(), radius_m: bounds.extent().length() * 0.5 };
-    [culler.test_box(bounds), culler.test_outline(bounds), culler.test_sphere(&ball)]
+    [culler.test_box(bounds), culler.test_sphere(&ball)]
         .iter()
         .any(|tested| tested.verdict == Verdict::Hidden)
 }

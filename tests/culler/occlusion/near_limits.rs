@@ -9,7 +9,7 @@ use super::{
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::{DepthBuffer, DepthConfig, NotAnOccluder, OcclusionCuller, ShadowVolume, Verdict},
+    occlusion::{CoverageBuffer, NotAnOccluder, OcclusionCuller, ShadowVolume, Verdict},
 };
 
 /// A quad of which the near plane cuts off one corner, exactly at its two neighbours. No new corner comes from that, but
@@ -117,8 +117,7 @@ fn random_quads_at_the_near_plane_hide_only_what_is_drawn() {
 #[test]
 fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
     let window = straight(1.0, 0.01);
-    let config = DepthConfig { width: 1024, height: 576 };
-    let mut depth = DepthBuffer::new(config);
+    let mut depth = CoverageBuffer::new(1024, 576);
     let (near_m, far_m) = (1.1f32, 1.0e9f32);
     let mut asked = 0;
     for row in 1..16 {
@@ -223,7 +222,7 @@ fn a_ball_whose_box_reaches_behind_the_eye_is_not_hidden_by_its_corners() {
         let wall =
             wall.map(|p| ((p - window.forward()) * 1.01 + window.forward()) * 0.02).map(|p| p.as_vec3());
         let Ok(shadow) = ShadowVolume::of_polygon(&wall, &window) else { continue };
-        let mut depth = DepthBuffer::new(DepthConfig { width: 128, height: 128 });
+        let mut depth = CoverageBuffer::new(128, 128);
         depth.build(&window, &[shadow]);
         let radius = random.range(0.5, 2.0);
         let away = radius * random.range(1.02, 2.2) + 0.03;
@@ -269,7 +268,7 @@ fn a_window_at_a_grazing_angle_decides_nothing_in_pixels() {
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 2.0), 1.0);
     for (tangent, decided) in [(2.0e3, true), (2.0e4, false), (1.0e5, false)] {
         let window = straight(tangent, 0.01);
-        let mut depth = DepthBuffer::new(DepthConfig { height: 1024, ..DepthConfig::default() });
+        let mut depth = CoverageBuffer::new(1024, 1024);
         depth.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
         assert_eq!(depth.test_box(&behind).verdict == Verdict::Hidden, decided, "{tangent}");
     }

@@ -125,9 +125,9 @@ fn no_occluder_input_panics_or_hides_what_is_visible() {
             culler.build(&window, &shadows);
             for _ in 0..10 {
                 let bounds = nasty_volume(&window, &cast, &mut random);
-                let verdicts = [culler.test_box(&bounds).verdict, culler.test_outline(&bounds).verdict];
+                let verdict = culler.test_box(&bounds).verdict;
                 let _ = culler.test_sphere(&osp::math::Sphere::around(&bounds));
-                if culler.soundness() == Soundness::Conservative && verdicts.contains(&Verdict::Hidden) {
+                if culler.soundness() == Soundness::Conservative && verdict == Verdict::Hidden {
                     hidden += 1;
                     for x in points_of_box(&window, &bounds) {
                         assert!(is_blocked(&window, &cast, x), "{} {n}: {x} of {bounds:?}", culler.name());

@@ -166,8 +166,6 @@ export type ClipDepth =
 export interface CullOptions {
   /** Default: "webgl". */
   depth?: ClipDepth | undefined;
-  /** Occluders that were built for the same matrix and depth. Boxes behind them are left out. */
-  occlusion?: DepthBuffer | undefined;
 }
 
 /** The first box that a ray enters. */
@@ -232,7 +230,7 @@ export class Osp {
    * The boxes that a camera may see: all that have a point in common with the view of the matrix (in double precision), and perhaps a few
    * near its edges. The matrix is from world to clip space: sixteen numbers in column-major order, as in three.js, WebGL and WebGPU;
    * perspective or parallel.
-   * @throws RangeError numbers that are not finite, a matrix without an inverse, occlusion that was built for another matrix
+   * @throws RangeError numbers that are not finite, a matrix without an inverse
    */
   cull(clipFromWorld: Numbers, options?: CullOptions): Uint32Array;
   /**
@@ -277,41 +275,3 @@ export class Osp {
   [Symbol.dispose](): void;
 }
 
-export interface DepthBufferOptions {
-  /** Width in pixels, 1 to 8192, rounded up to a multiple of 64. Default: 512. */
-  width?: number | undefined;
-  /** Height in pixels, 1 to 8192, rounded up to a multiple of 4. Default: 288. */
-  height?: number | undefined;
-}
-
-export interface BuildOptions {
-  /** Default: "webgl". */
-  depth?: ClipDepth | undefined;
-  /** Number of corners of each polygon, 3 to 7. Default: triangles. */
-  cornersOf?: Uint32Array | undefined;
-}
-
-/**
- * A masked depth buffer in software, for large opaque convex polygons that hide things behind them, from both sides. Conservative: a
- * pixel counts only where one polygon covers all of it, so few large polygons (a wall as one quad) hide more than many small ones.
- */
-export class DepthBuffer {
-  constructor(options?: DepthBufferOptions);
-
-  /**
-   * Fills the buffer for a frame: `corners` are x, y, z of the corners in order around each polygon, world space. Returns the number of
-   * polygons that hide something. Polygons that are seen edge-on or are in front of the near plane hide nothing.
-   * @throws RangeError a matrix that is not perspective, or has an eye with an error above 10^-7 of the near distance; corners that are
-   * not finite, invalid numbers of corners. Then the buffer is unchanged
-   */
-  build(clipFromWorld: Numbers, corners: Float32Array, options?: BuildOptions): number;
-  /**
-   * Tests boxes, six numbers each. Returns 1 for each box that is completely hidden on the screen, else 0.
-   * @throws RangeError a box is not finite or has min > max; nothing was built yet
-   */
-  hidden(boxes: Float32Array): Uint8Array;
-
-  /** Frees the memory. Calling this again does nothing. */
-  free(): void;
-  [Symbol.dispose](): void;
-}

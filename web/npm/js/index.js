@@ -2,11 +2,9 @@
 
 import { Index, kernel as kernelName } from "../wasm/osp_culling.js";
 import { boxesOf, isWebgl, number, numbers, typed } from "./check.js";
-import { coreOf } from "./depth-buffer.js";
 import { checkLoaded, doubles, floats, ids as idsAt } from "./memory.js";
 
 export { Culler, xrCameras } from "./culler.js";
-export { DepthBuffer } from "./depth-buffer.js";
 export { init, memoryBytes } from "./memory.js";
 export { outward } from "./outward.js";
 
@@ -146,10 +144,10 @@ export class Osp {
     }
   }
 
-  #cull(clipFromWorld, { depth, occlusion } = {}) {
+  #cull(clipFromWorld, { depth } = {}) {
     const index = this.#index;
     this.#ask(numbers(clipFromWorld, 16, "clipFromWorld"));
-    return occlusion === undefined ? index.cull(isWebgl(depth)) : index.cull_behind(isWebgl(depth), coreOf(occlusion));
+    return index.cull(isWebgl(depth));
   }
 
   #cullPlanes(planes) {

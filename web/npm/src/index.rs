@@ -229,17 +229,6 @@ impl Index {
         self.find(&frustum)
     }
 
-    /// Finds the boxes that the matrix in memory may see and the occluders of a depth buffer do not hide. Returns their
-    /// number.
-    pub fn cull_behind(&mut self, is_webgl: bool, depth: &Depth) -> Outcome<usize> {
-        let camera = Camera::new(&self.scratch.numbers, is_webgl)?;
-        depth.check_built_for(&camera)?;
-        self.commit_if_changed()?;
-        self.list.clear();
-        depth.cull(&self.osp, &camera.frustum(), &mut self.list);
-        Ok(self.scratch.answer(self.list.iter().copied()))
-    }
-
     /// Finds the boxes that are not completely behind any of the planes in memory, one to six. Returns their number.
     pub fn cull_planes(&mut self, planes: usize) -> Outcome<usize> {
         let numbers = &self.scratch.numbers[..4 * planes.min(6)];

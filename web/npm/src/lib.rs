@@ -1,8 +1,7 @@
-//! The WebAssembly inside the npm package `osp-culling`: a culler of objects, and an index of boxes with a depth buffer that hides some
-//! of them.
+//! The WebAssembly inside the npm package `osp-culling`: a culler of objects, and an index of boxes.
 //!
 //! ```text
-//! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> culler, index, depth ─> osp
+//! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> culler, index ─> osp
 //! ```
 //!
 //! JavaScript requests room, writes its numbers there, calls a function, and copies the result. It gets the addresses
@@ -10,7 +9,6 @@
 //! nothing.
 
 mod culler;
-mod depth;
 mod index;
 mod refusal;
 mod room;
@@ -18,7 +16,6 @@ mod scratch;
 mod views;
 
 pub use culler::Culler;
-pub use depth::Depth;
 pub use index::Index;
 use osp::index::Backend;
 use wasm_bindgen::prelude::*;

@@ -1,16 +1,14 @@
 //! Frusta and views from sixteen numbers, or from planes.
 
 use osp::{
-    Depth,
     glam::{DMat4, Vec3},
     math::{Aabb, Frustum, Plane},
-    view::ViewWindow,
 };
 
 use crate::refusal::{Outcome, refused};
 
 /// A matrix from world to clip space and its range of depths, in their original form.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
     clip_from_world: [f64; 16],
     is_webgl: bool,
@@ -40,17 +38,6 @@ impl Camera {
     /// Returns a frustum that contains the whole view of the matrix.
     pub(crate) fn frustum(&self) -> Frustum {
         Frustum::from_double_matrix(&self.matrix(), if self.is_webgl { -1.0 } else { 0.0 })
-    }
-
-    /// Returns the view of a perspective projection, from its own eye, in double precision.
-    pub(crate) fn window(&self) -> Outcome<ViewWindow> {
-        let depth = if self.is_webgl { Depth::MinusOneToOne } else { Depth::ZeroToOne };
-        match ViewWindow::from_double_matrix(&self.matrix(), depth) {
-            Some(window) => Ok(window),
-            None => refused(
-                "clipFromWorld: expected a perspective without shear, whose eye is known to 10^-7 of the near distance",
-            ),
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { DepthBuffer, Osp } from "osp-culling";
+import { Osp } from "osp-culling";
 import { idsUpTo, perspective } from "./common.mjs";
 
 const clip = perspective([0, 0, 9], [0, 0, 0]);
@@ -45,7 +45,6 @@ const REFUSED = [
   [(o) => o.cull(clip.map((v) => v * 1e60)), RangeError, /^clipFromWorld: expected finite numbers$/],
   [(o) => o.cull(new Array(16).fill(1)), RangeError, /^clipFromWorld: expected a matrix with an inverse$/],
   [(o) => o.cull(clip, { depth: "vulkan" }), RangeError, /^depth: expected "webgl" or "webgpu", found vulkan$/],
-  [(o) => o.cull(clip, { occlusion: {} }), TypeError, /^occlusion: expected a DepthBuffer$/],
   [(o) => o.cullInto(new Uint32Array(1), clip), RangeError, /^out: expected room for 2 ids, found room for 1$/],
   [(o) => o.cullInto(new Float32Array(9), clip), TypeError, /^out: expected a Uint32Array, found Float32Array$/],
   [(o) => o.cullPlanes([1, 0, 0]), RangeError, /^planes: expected four numbers for each of one to six planes, found 3$/],
@@ -64,7 +63,6 @@ const REFUSED = [
   [() => new Osp({ rootCenter: [0, NaN, 0] }), RangeError, /^rootCenter, rootSize/],
   [() => new Osp({ capacity: 2 ** 27 + 1 }), RangeError, /^capacity: expected a number from 0 to 134217728, found 134217729$/],
   [() => new Osp({ capacity: "9" }), TypeError, /^capacity: expected a number, found String$/],
-  [() => new DepthBuffer({ width: 0 }), RangeError, /^width, height: expected numbers from 1 to 8192, found 0 and 288$/],
 ];
 
 test("wrong arguments are refused, and change nothing", () => {

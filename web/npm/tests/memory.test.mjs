@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { test } from "node:test";
-import { DepthBuffer, Osp, memoryBytes } from "osp-culling";
+import { Osp, memoryBytes } from "osp-culling";
 import { COUNT, boxesOfStrokes } from "../example/scene.mjs";
 import { idsUpTo, perspective, randomBoxes } from "./common.mjs";
 
@@ -58,12 +58,6 @@ test("what is freed throws, and nothing else does", () => {
     () => freed.nearest([0, 0, 0]),
   ];
   for (const call of calls) assert.throws(call, { name: "Error", message: "this Osp was freed" });
-  const depth = new DepthBuffer();
-  depth.build(clip, new Float32Array(0));
-  depth.free();
-  assert.throws(() => depth.build(clip, new Float32Array(0)), { message: "this DepthBuffer was freed" });
-  assert.throws(() => depth.hidden(new Float32Array(0)), { message: "this DepthBuffer was freed" });
-  assert.throws(() => other.cull(clip, { occlusion: depth }), { message: "this DepthBuffer was freed" });
   assert.equal(other.size, 3);
   assert.ok(other.cull(clip).length <= 3);
   other.free();
@@ -86,15 +80,12 @@ test("objects end with `using`", { skip: Symbol.dispose ? false : "this Node has
   assert.throws(() => osp.size, /freed/);
 });
 
-test("a thousand indexes and depth buffers, one after the other, take the memory of one", () => {
+test("a thousand indexes, one after the other, take the memory of one", () => {
   const live = () => {
-    const osp = new Osp({ capacity: 5000 }),
-      depth = new DepthBuffer();
+    const osp = new Osp({ capacity: 5000 });
     osp.insert(idsUpTo(5000), randomBoxes(5000, 4));
-    depth.build(clip, Float32Array.of(-9, -9, 0, 9, -9, 0, 0, 9, 0));
-    assert.ok(osp.cull(clip, { occlusion: depth }).length > 0);
+    assert.ok(osp.cull(clip).length > 0);
     osp.free();
-    depth.free();
   };
   for (let i = 0; i < 5; i++) live();
   const before = memoryBytes();

@@ -76,9 +76,9 @@ test("the packed package runs the lines of README.md where it is installed", asy
 
 test("before `init` everything says so", () => {
   const code = `
-    import { Culler, Osp, DepthBuffer, kernel, memoryBytes } from "osp-culling";
+    import { Culler, Osp, kernel, memoryBytes } from "osp-culling";
     import { SceneCuller } from "osp-culling/babylon";
-    for (const call of [() => new Culler(), () => new Osp(), () => new DepthBuffer(), kernel, memoryBytes, () => new SceneCuller({ getActiveMeshCandidates() {}, meshes: [] })]) {
+    for (const call of [() => new Culler(), () => new Osp(), kernel, memoryBytes, () => new SceneCuller({ getActiveMeshCandidates() {}, meshes: [] })]) {
       try { call(); } catch (error) { console.log(error.message); }
     }`;
   const run = spawnSync(process.execPath, ["--input-type=module", "-e", code], { cwd: FOLDER, encoding: "utf8" });

@@ -171,9 +171,8 @@ def verify(
 ) -> Verification:
     """Compares occlusion culling with the truly visible polygons, polygon by polygon.
 
-    `occlusion` names methods: those of `osp.OCCLUSION_METHODS`, and `msvbsp-paper` and `depth-centers`, which are not
-    conservative. `occluders` is one number or several to compare. `views` are spread over the session; with `whole`
-    each shows the finished model. A picture of `pixels` (width, height), and rays to polygons that cover no
+    `occlusion` names methods: those of `osp.OCCLUSION_METHODS`, and `msvbsp-paper`, which is not conservative.
+    `occluders` is one number or several to compare. `views` are spread over the session; with `whole` each shows the finished model. A picture of `pixels` (width, height), and rays to polygons that cover no
     pixel, determine the visible polygons. Other arguments and errors are the same as in `osp.replay`.
 
     >>> table = osp.verify(recordings / "room.ron", ["msvbsp", "depth"], views=1, pixels=(320, 180))

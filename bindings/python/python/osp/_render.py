@@ -37,7 +37,7 @@ def render(
     view fills the picture, and the width follows `size`.
 
     Polygons outside of the view are not drawn. With `occlusion`, polygons that a method finds hidden are not drawn, either:
-    `hzb` and `queries` on the adapter, or a method of `osp.replay`. The methods `msvbsp-paper` and `depth-centers` may
+    `hzb` and `queries` on the adapter, or a method of `osp.replay`. The method `msvbsp-paper` may
     omit visible polygons; no other method changes a pixel. `time_secs` (0 to 10,000) is the time at which animated
     brushes are shown. `lenient` and `max_polygons` are the same as in `osp.open`.
 

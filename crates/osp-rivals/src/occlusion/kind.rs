@@ -1,5 +1,5 @@
-use super::{DepthCenters, MsvbspPaper, PaperCaps, ShadowFrusta, Svbsp, SvbspForm};
-use osp::occlusion::{DepthConfig, MakeCuller, kernels::node_budget};
+use super::{MsvbspPaper, PaperCaps, ShadowFrusta, Svbsp, SvbspForm};
+use osp::occlusion::{MakeCuller, kernels::node_budget};
 
 /// The methods of occlusion culling that [`Occlusion`](osp::occlusion::Occlusion)'s methods are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -12,8 +12,6 @@ pub enum RivalOcclusion {
     SvbspPaper,
     /// The modified tree as the paper prints it: [`MsvbspPaper`] with caps. Not conservative.
     MsvbspPaper,
-    /// A software depth buffer sampled at pixel centres: [`DepthCenters`]. Not conservative.
-    DepthCenters,
 }
 
 impl RivalOcclusion {
@@ -24,7 +22,6 @@ impl RivalOcclusion {
             Self::Svbsp => "svbsp",
             Self::SvbspPaper => "svbsp-paper",
             Self::MsvbspPaper => "msvbsp-paper",
-            Self::DepthCenters => "depth-centers",
         }
     }
 
@@ -37,7 +34,6 @@ impl RivalOcclusion {
             Self::MsvbspPaper => {
                 |occluders| Box::new(MsvbspPaper::new(PaperCaps::Supporting, node_budget(occluders)))
             }
-            Self::DepthCenters => |_| Box::new(DepthCenters::new(DepthConfig::default())),
         }
     }
 }

@@ -2,14 +2,12 @@
 //!
 //! Each method gets the same occluders as [`Msvbsp`](osp::occlusion::msvbsp::Msvbsp). [`RivalOcclusion`] lists all of them.
 
-mod depth_centers;
 mod frusta;
 mod kind;
 mod msvbsp_paper;
 mod sorted_planes;
 mod svbsp;
 
-pub use depth_centers::DepthCenters;
 pub use frusta::ShadowFrusta;
 pub use kind::RivalOcclusion;
 pub use msvbsp_paper::{MsvbspPaper, PaperCaps};

@@ -187,10 +187,6 @@ impl OcclusionCuller for Svbsp {
         self.tree.test_boxes(boxes, from, needed)
     }
 
-    fn test_outline(&self, bounds: &Aabb) -> Tested {
-        self.tree.test_outline(bounds)
-    }
-
     fn test_corners(&self, bounds: &Aabb) -> Tested {
         self.tree.test_corners(bounds)
     }

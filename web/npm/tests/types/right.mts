@@ -1,7 +1,6 @@
 import type { Scene } from "@babylonjs/core";
 import {
   Culler,
-  DepthBuffer,
   Osp,
   init,
   kernel,
@@ -29,9 +28,7 @@ osp.update(Uint32Array.of(1), new Float32Array(6));
 osp.remove(new Uint32Array(0));
 osp.commit();
 const depth: ClipDepth = "webgpu";
-const buffer = new DepthBuffer({ width: 640 });
-const used: number = buffer.build(new Float32Array(16), new Float32Array(9), { depth, cornersOf: Uint32Array.of(3) });
-const options: CullOptions = { depth, occlusion: buffer };
+const options: CullOptions = { depth };
 const ids: Uint32Array = osp.cull(new THREE.Matrix4().elements, options);
 const count: number = osp.cullInto(new Uint32Array(osp.size), new Float64Array(16));
 const some: Uint32Array = osp.cullPlanes([1, 0, 0, 0]);
@@ -41,10 +38,8 @@ const t: number | undefined = hit?.t;
 const { ids: near, distances } = osp.nearest([0, 0, 0], 3);
 const box: Float32Array | undefined = osp.box(1);
 const found: Uint32Array = osp.has(1) ? osp.inBox([0, 0, 0], [1, 1, 1]) : osp.inSphere([0, 0, 0], osp.bytes);
-const hidden: Uint8Array = buffer.hidden(new Float32Array(6));
 osp.clear();
 osp.free();
-buffer[Symbol.dispose]();
 
 const numbered = new Culler();
 numbered.set(1, [0, 0, 0, 1, 1, 1]);
@@ -81,4 +76,4 @@ export function follow(scene: Scene): number {
   return candidates;
 }
 
-export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size, first, picked, closest, outOfSight, why, keys, on, ts];
+export const all = [name, bytes, ids, count, some, more, t, near, distances, box, found, shown, visible, size, first, picked, closest, outOfSight, why, keys, on, ts];

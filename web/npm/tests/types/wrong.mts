@@ -1,4 +1,4 @@
-import { Culler, DepthBuffer, Osp, init } from "osp-culling";
+import { Culler, Osp, init } from "osp-culling";
 import { BatchedMeshCuller } from "osp-culling/three";
 import * as THREE from "three";
 
@@ -12,16 +12,12 @@ osp.insert(Uint32Array.of(1), new Float64Array(6));
 osp.cull(new THREE.Matrix4());
 // @ts-expect-error there are two depths
 osp.cull(new Float32Array(16), { depth: "opengl" });
-// @ts-expect-error a DepthBuffer
-osp.cull(new Float32Array(16), { occlusion: osp });
 // @ts-expect-error it may be null
 osp.ray([0, 0, 0], [0, 0, 1]).id;
 // @ts-expect-error it may be undefined
 osp.box(1).length;
 // @ts-expect-error counted by the index
 osp.size = 3;
-// @ts-expect-error an object of numbers
-new DepthBuffer(640, 400);
 // @ts-expect-error a BatchedMesh
 new BatchedMeshCuller(new THREE.Mesh());
 const culler = new Culler();
