@@ -1,5 +1,3 @@
-use std::ops::Range;
-
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, idle_backoff::IdleBackoff},
     occlusion::{
@@ -260,13 +258,7 @@ impl OcclusionPass {
 impl Pass for OcclusionPass {
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.follow_last(changes);
-        self.stage.load(geometry, changes);
-    }
-
-    fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
-        let is_last = part.end == all.len();
-        self.follow_last(&all[part.clone()]);
-        self.stage.load_part(geometry, &all[part], is_last);
+        self.stage.follow(geometry, changes);
     }
 
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {

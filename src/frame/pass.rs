@@ -1,4 +1,4 @@
-use std::{any::Any, fmt::Debug, ops::Range};
+use std::{any::Any, fmt::Debug};
 
 use crate::{
     frame::{OcclusionRecord, StageClock},
@@ -11,16 +11,8 @@ use crate::{
 /// pass. Before the first frame, the pipeline may call `load` once, or `load_part` for each part of a model. Then it
 /// calls `frame` or `skip` for each frame.
 pub trait Pass: Any + Debug + Send + Sync {
-    /// Receives a whole model before the first frame.
+    /// Receives a model, or a part of it, before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
-
-    /// Receives the changes `all[part]` before the first frame. `part` begins where the part of the previous call
-    /// ended. A pass that cannot load in parts loads the whole model with the last part.
-    fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
-        if part.end == all.len() {
-            self.load(geometry, all);
-        }
-    }
 
     /// Receives the changes of a frame that is not drawn.
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]);

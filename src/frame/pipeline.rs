@@ -1,7 +1,4 @@
-use std::{
-    any::Any,
-    sync::{Mutex, PoisonError},
-};
+use std::any::Any;
 
 use crate::{
     frame::{
@@ -203,40 +200,13 @@ impl Pipeline {
         self.frame += 1;
     }
 
-    /// Inserts all present polygons before the first frame. No frame's time includes this work. Unlike single inserts,
-    /// it also joins small polygons to large occluders, which takes up to 130 ms
-    /// ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls)).
+    /// Inserts all present polygons before the first frame. No frame's time includes this work.
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let all = present(geometry);
         self.apply(geometry, &all, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
             pass.load(geometry, &all);
         }
-    }
-
-    /// Does the work of [`Pipeline::load`] on two threads, one for the index and one for the pass. If the system starts no
-    /// thread, both run one after the other.
-    pub fn load_on_threads(&mut self, geometry: &(dyn Geometry + Sync)) {
-        if cfg!(target_arch = "wasm32") {
-            self.load(geometry);
-            return;
-        }
-        let all = present(geometry);
-        let pass = Mutex::new(self.pass.take());
-        let load = || {
-            if let Some(pass) = &mut *pass.lock().unwrap_or_else(PoisonError::into_inner) {
-                pass.load(geometry, &all);
-            }
-        };
-        let has_thread = std::thread::scope(|scope| {
-            let has_thread = std::thread::Builder::new().spawn_scoped(scope, load).is_ok();
-            self.apply(geometry, &all, &mut FrameRecord::default());
-            has_thread
-        });
-        if !has_thread {
-            load();
-        }
-        self.pass = pass.into_inner().unwrap_or_else(PoisonError::into_inner);
     }
 
     /// Ends a series of calls of [`Pipeline::skip`]: prepares the index for queries.
@@ -254,7 +224,7 @@ impl Pipeline {
         let end = all.len().min(at + LOADED_AT_ONCE);
         self.apply(geometry, &all[at..end], &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
-            pass.load_part(geometry, &all, at..end);
+            pass.load(geometry, &all[at..end]);
         }
         let are_left = end < all.len();
         if are_left {

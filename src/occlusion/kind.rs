@@ -41,11 +41,7 @@ impl Occlusion {
             Self::None | Self::PreviousFrame => |_| Box::new(NoOcclusion),
             Self::Msvbsp | Self::Auto => |occluders| {
                 let node_budget = node_budget(occluders);
-                Box::new(Msvbsp::new(MsvbspConfig {
-                    node_budget,
-                    point_budget: node_budget * 16,
-                    ..MsvbspConfig::default()
-                }))
+                Box::new(Msvbsp::new(MsvbspConfig { node_budget, point_budget: node_budget * 16 }))
             },
             Self::Depth => |_| Box::new(CoverageBuffer::new(1024, 576)),
         }

@@ -41,7 +41,6 @@ mod tolerance;
 mod tree;
 mod verdict;
 mod view_occlusion;
-mod walls;
 mod wide;
 
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};

@@ -283,12 +283,12 @@ impl Patch {
     }
 }
 
-/// Largest number of corners of the border of a patch or wall.
-pub(super) const MOST_CORNERS: usize = 96;
+/// Largest number of corners of the border of a patch.
+const MOST_CORNERS: usize = 96;
 
 /// The common shadow of polygons that share edges bit for bit; `None` if they have no convex outline from the eye. `border`
 /// is the line around them, `inner` their other corners.
-pub(super) fn shadow_of_points(
+fn shadow_of_points(
     border: &[Vec3],
     inner: &[Vec3],
     area_vector: Vec3,
@@ -298,7 +298,7 @@ pub(super) fn shadow_of_points(
     let points = || border.iter().chain(inner);
     for p in points() {
         let v = window.from_eye(*p);
-        // If the near plane cuts a polygon, the patch or wall is left out as a whole.
+        // If the near plane cuts a polygon, the patch is left out as a whole.
         if window.forward().dot(v) <= window.near_m() {
             return None;
         }

@@ -4,7 +4,6 @@ use super::{
     ShadowVolume,
     patch::{MAX_PATCH, Patch},
     sketches::{RoughWindow, Sketch, Sketches},
-    walls::{MOST_WALLS, Walls},
 };
 use crate::{
     polygon::{Change, ConvexPolygon, Geometry, Paged, PolygonId},
@@ -24,15 +23,8 @@ const ORPHANS: usize = 1024;
 const OFFERS_A_FRAME: usize = 256;
 const READS_A_FRAME: usize = 8192;
 
-/// Largest number of polygons that are searched for walls; the search begins with the largest ones.
-const SEARCHED: usize = 1 << 16;
-
-/// Candidates whose number is at least this are walls.
-const FIRST_WALL: u32 = 1 << 20;
-
-/// Largest capacity. A pool holds at most twice as many candidates and one more, all numbered below
-/// [`FIRST_WALL`].
-pub(super) const MOST_CAPACITY: usize = FIRST_WALL as usize / 2 - 1;
+/// Largest capacity. A pool holds at most twice as many candidates and one more.
+pub(super) const MOST_CAPACITY: usize = (1 << 19) - 1;
 
 /// The number that stands for no candidate.
 const NONE: u32 = u32::MAX;
@@ -104,7 +96,6 @@ pub struct OccluderPool {
     rescan: usize,
     orphans: Vec<PolygonId>,
     areas: Vec<f32>,
-    walls: Walls,
 }
 
 impl OccluderPool {
@@ -124,7 +115,6 @@ impl OccluderPool {
             rescan: usize::MAX,
             orphans: Vec::with_capacity(ORPHANS),
             areas: Vec::with_capacity(room),
-            walls: Walls::default(),
         }
     }
 
@@ -137,10 +127,6 @@ impl OccluderPool {
 
     /// Number of candidates.
     pub fn len(&self) -> usize {
-        self.patches.len() - self.free.len() + self.walls.len()
-    }
-
-    fn patch_count(&self) -> usize {
         self.patches.len() - self.free.len()
     }
 
@@ -149,12 +135,10 @@ impl OccluderPool {
         self.len() == 0
     }
 
-    /// The polygons of every candidate. A polygon of a [wall](super::walls) may also belong to another candidate.
+    /// The polygons of every candidate.
     pub fn candidates(&self) -> impl Iterator<Item = &[PolygonId]> {
         let is_live = |slot: &usize| !self.sketches.get(*slot).is_free();
-        let patches = (0..self.patches.len()).filter(is_live).map(|slot| self.patches[slot].ids());
-        let walls = (0..self.walls.sketches().len()).map(|wall| self.walls.ids(wall));
-        patches.chain(walls.filter(|ids| !ids.is_empty()))
+        (0..self.patches.len()).filter(is_live).map(|slot| self.patches[slot].ids())
     }
 
     /// Applies one frame's changes. The work is bounded for each change, and for the frame while removed candidates are
@@ -225,7 +209,7 @@ impl OccluderPool {
     /// Whether painting a polygon again may have changed its shadow, because its texture determines its holes.
     fn hides_otherwise(&self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         match fixed_occluder(geometry, id) {
-            None => self.slot(id) != NONE || self.walls.has(id),
+            None => self.slot(id) != NONE,
             part => part != geometry.polygon(id),
         }
     }
@@ -247,46 +231,19 @@ impl OccluderPool {
         is_large
     }
 
-    /// Joins neighbouring polygons across shared edges to [walls](super::walls) of hundreds of polygons. These walls
-    /// replace earlier walls among the candidates. It is meant for a model that was just loaded: it takes about 2 ms for
-    /// 1,000 polygons, and 130 ms at most. Later polygons join no wall.
-    pub fn join_walls(&mut self, geometry: &dyn Geometry) {
-        if self.config.grouping == Grouping::Single {
-            return;
-        }
-        let ids = (0..geometry.id_end() as u32).map(PolygonId).filter(|&id| geometry.is_present(id));
-        let mut polygons: Vec<_> = ids.filter_map(|id| Some((id, fixed_occluder(geometry, id)?))).collect();
-        if polygons.len() > SEARCHED {
-            let area = |(_, polygon): &(PolygonId, ConvexPolygon)| polygon.area_vector().length_squared();
-            polygons.select_nth_unstable_by(SEARCHED, |a, b| area(b).total_cmp(&area(a)).then(a.0.cmp(&b.0)));
-            polygons.truncate(SEARCHED);
-            polygons.sort_unstable_by_key(|(id, _)| *id);
-        }
-        let patch_m2 = polygons.iter().map(|(id, polygon)| match self.slot(*id) {
-            NONE => polygon.area_m2(),
-            slot => self.patches[slot as usize].area_m2(),
-        });
-        let patch_m2: Vec<f32> = patch_m2.collect();
-        self.walls.build(&polygons, &patch_m2);
-    }
-
     /// Appends score and number of every candidate that may fill enough of a window.
     pub(super) fn score(&self, window: &RoughWindow, out: &mut Vec<(f32, u32)>) {
-        self.sketches.score(window, 0, out);
-        self.walls.sketches().score(window, FIRST_WALL, out);
+        self.sketches.score(window, out);
     }
 
     /// Numbers and sketches of all candidates, and of free slots.
     pub(super) fn sketches(&self) -> impl Iterator<Item = (u32, Sketch)> + '_ {
-        (0..).zip(self.sketches.iter()).chain((FIRST_WALL..).zip(self.walls.sketches().iter()))
+        (0..).zip(self.sketches.iter())
     }
 
-    /// The sketch of a candidate, and its index in a list of all candidates.
-    pub(super) fn sketch(&self, slot: u32) -> (Sketch, usize) {
-        match slot.checked_sub(FIRST_WALL) {
-            Some(wall) => (self.walls.sketches().get(wall as usize), wall as usize),
-            None => (self.sketches.get(slot as usize), MOST_WALLS + slot as usize),
-        }
+    /// The sketch of a candidate.
+    pub(super) fn sketch(&self, slot: u32) -> Sketch {
+        self.sketches.get(slot as usize)
     }
 
     /// Appends the shadows of a candidate.
@@ -297,10 +254,7 @@ impl OccluderPool {
         window: &ViewWindow,
         out: &mut Vec<ShadowVolume>,
     ) {
-        match slot.checked_sub(FIRST_WALL) {
-            Some(wall) => out.extend(self.walls.shadow(wall as usize, window)),
-            None => self.patches[slot as usize].push_shadows(geometry, window, out),
-        }
+        self.patches[slot as usize].push_shadows(geometry, window, out);
     }
 
     /// Whether `follow` and `catch_up` have not examined all polygons yet.
@@ -376,7 +330,7 @@ impl OccluderPool {
         if !(area > 0.0 && area.is_finite()) {
             return true;
         }
-        if self.patch_count() >= 2 * self.config.capacity.max(1) {
+        if self.len() >= 2 * self.config.capacity.max(1) {
             self.trim();
         }
         let slot = self.free.pop().unwrap_or(self.patches.len() as u32);
@@ -430,7 +384,6 @@ impl OccluderPool {
 
     /// Removes the candidate that a removed polygon belongs to. The candidate's other polygons are offered again.
     fn take_out(&mut self, geometry: &dyn Geometry, id: PolygonId) {
-        self.walls.take_out(id);
         let slot = self.slot(id);
         if slot == NONE {
             return;
@@ -445,7 +398,7 @@ impl OccluderPool {
             }
         }
         // Polygons that were too small before may be large enough now.
-        if self.patch_count() < self.config.capacity / 2
+        if self.len() < self.config.capacity / 2
             && self.rescan >= geometry.id_end()
             && self.threshold_m2 > 0.0
         {
@@ -490,7 +443,7 @@ impl OccluderPool {
         }
         // If many candidates have the threshold's size, some of them have to be removed, too.
         let mut slot = 0;
-        while self.patch_count() >= 2 * self.config.capacity.max(1) && (slot as usize) < self.sketches.len() {
+        while self.len() >= 2 * self.config.capacity.max(1) && (slot as usize) < self.sketches.len() {
             self.release(slot);
             slot += 1;
         }

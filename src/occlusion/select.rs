@@ -4,7 +4,6 @@ use super::{
     OccluderPool, ShadowVolume,
     patch::MAX_PATCH,
     sketches::{RoughWindow, Sketch},
-    walls::MOST_WALLS,
 };
 use crate::{polygon::Geometry, view::ViewWindow};
 
@@ -122,8 +121,8 @@ impl Selector {
 
     /// Makes room for pools of `candidates` candidates.
     pub fn reserve(&mut self, candidates: usize) {
-        self.rough.reserve((MOST_WALLS + candidates).saturating_sub(self.rough.len()));
-        self.histories.reserve((MOST_WALLS + candidates).saturating_sub(self.histories.len()));
+        self.rough.reserve(candidates.saturating_sub(self.rough.len()));
+        self.histories.reserve(candidates.saturating_sub(self.histories.len()));
     }
 
     /// The occluders of the last [`Selector::select`], the best first.
@@ -176,7 +175,7 @@ impl Selector {
             if self.shadows.len() + MOST_SHADOWS > self.shadows.capacity() {
                 break;
             }
-            let (sketch, place) = pool.sketch(slot);
+            let (sketch, place) = (pool.sketch(slot), slot as usize);
             if !self.is_due(place, &sketch, &rough) {
                 counts.known += 1;
                 continue;

@@ -74,9 +74,9 @@ impl Sketches {
         (0..self.len).map(|i| self.get(i))
     }
 
-    /// Appends score and number, counted from `first`, of every candidate that may fill enough of a window.
-    pub(super) fn score(&self, window: &RoughWindow, first: u32, out: &mut Vec<(f32, u32)>) {
-        Backend::detect().run(Scoring { sketches: self, window, first, out });
+    /// Appends score and number of every candidate that may fill enough of a window.
+    pub(super) fn score(&self, window: &RoughWindow, out: &mut Vec<(f32, u32)>) {
+        Backend::detect().run(Scoring { sketches: self, window, out });
     }
 }
 
@@ -97,7 +97,6 @@ pub(super) struct RoughWindow {
 struct Scoring<'a> {
     sketches: &'a Sketches,
     window: &'a RoughWindow,
-    first: u32,
     out: &'a mut Vec<(f32, u32)>,
 }
 
@@ -106,7 +105,7 @@ impl WithKernel for Scoring<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
-        let Self { sketches, window, first, out } = self;
+        let Self { sketches, window, out } = self;
         let RoughWindow { eye, sides, forward, near_m, least_squared, least_bound } = *window;
         for (number, Block([cx, cy, cz, radius, ax, ay, az])) in sketches.blocks.iter().enumerate() {
             // These are plain loops over lanes, which the compiler vectorises. Free slots have area 0, and NaN gets no
@@ -136,7 +135,7 @@ impl WithKernel for Scoring<'_> {
             }
             for (k, &score) in scores.iter().enumerate() {
                 if score > 0.0 {
-                    out.push((score, first + (number * LANES + k) as u32));
+                    out.push((score, (number * LANES + k) as u32));
                 }
             }
         }

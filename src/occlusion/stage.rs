@@ -70,20 +70,6 @@ impl OcclusionStage {
         self.pool.follow(geometry, changes);
     }
 
-    /// Applies the changes of loading a whole model; see [`OccluderPool::join_walls`].
-    pub fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
-        self.pool.follow(geometry, changes);
-        self.pool.join_walls(geometry);
-    }
-
-    /// Applies a part of the changes of [`OcclusionStage::load`].
-    pub(crate) fn load_part(&mut self, geometry: &dyn Geometry, part: &[Change], is_last: bool) {
-        self.pool.follow(geometry, part);
-        if is_last {
-            self.pool.join_walls(geometry);
-        }
-    }
-
     /// Does the same as [`OcclusionStage::follow`], but offers the polygons of removed candidates again a few at a time, in
     /// this and later frames.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {

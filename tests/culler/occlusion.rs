@@ -16,7 +16,6 @@
 //! | the paper's node tests and score hide nothing visible, or say that they do | `literal::…`, `options::…` |
 //! | what is edited hides only where it is now | `edits::…` |
 //! | sixteen boxes at once get the answers of one at a time | `wide::…` |
-//! | walls joined at load hide only what is behind their polygons | `walls::…` |
 //! | what is known of the frames before saves work | `coherence::…` |
 //! | what connected surfaces hide is blocked, each margin matters | `connected::…`, `surfaces::…` |
 //! | `osp verify` measures what a frame does | `as_frames_do::…` |
@@ -41,6 +40,5 @@ mod session;
 mod stress;
 mod surfaces;
 mod truth;
-mod walls;
 mod wide;
 mod window_margin;

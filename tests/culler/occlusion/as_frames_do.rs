@@ -53,7 +53,7 @@ fn verifying_culls_as_a_frame_does() {
     model.visible_ids().for_each(|id| index.insert(id, &model.bounds(id)).expect("finite boxes"));
     index.commit();
     let mut stage = OcclusionStage::new(Occlusion::Msvbsp, OcclusionConfig::default());
-    stage.load(&model, &changes);
+    stage.follow(&model, &changes);
     let (mut in_view, mut drawn) = (VisibleBlocks::new(), VisibleBlocks::new());
     index.frustum_cull_blocks(&view.frustum(), &mut in_view);
     let input = ViewInput { index: &*index, geometry: &model, view: &view, in_view: &in_view, spaces: None };

@@ -10,8 +10,8 @@ use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
-        CoverageBuffer, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool, OcclusionCuller,
-        PoolConfig, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Verdict,
+        CoverageBuffer, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool, OcclusionCuller, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     polygon::{Change, PolygonId, VisibleBlocks},

@@ -24,6 +24,12 @@ fn quad(center: Vec3, size: f32) -> [Vec3; 4] {
         .map(|(x, y)| center + Vec3::new(x, y, 0.0) * (0.5 * size))
 }
 
+#[test]
+fn a_pool_of_any_size_can_be_asked_for() {
+    let pool = OccluderPool::new(PoolConfig { capacity: 1 << 19, ..PoolConfig::default() });
+    assert!(pool.is_empty());
+}
+
 fn assert_consistent(pool: &OccluderPool, scene: &Scene) {
     let mut seen = HashSet::new();
     let mut count = 0;

@@ -9,7 +9,6 @@ use osp::{
 use wasm_bindgen::prelude::*;
 
 use crate::{
-    depth::Depth,
     refusal::{Outcome, refused},
     room,
     scratch::{Scratch, round_down, round_up},

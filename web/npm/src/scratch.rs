@@ -15,7 +15,7 @@ const BOX: usize = 6;
 pub(crate) struct Scratch {
     /// A matrix, planes, points.
     pub(crate) numbers: [f64; 24],
-    /// Boxes: `min x, min y, min z, max x, max y, max z` each. Or corners.
+    /// Boxes: `min x, min y, min z, max x, max y, max z` each.
     pub(crate) boxes: Vec<f32>,
     /// One id for each box.
     pub(crate) ids: Vec<u32>,
@@ -60,11 +60,6 @@ impl Scratch {
         }
         let numbers = &self.boxes[at * BOX..(at + 1) * BOX];
         refused(&format!("box {at}: expected finite numbers and min <= max, found {numbers:?}"))
-    }
-
-    /// Returns the number of boxes in memory.
-    pub(crate) fn box_count(&self) -> usize {
-        self.boxes.len() / BOX
     }
 
     /// Replaces the result.

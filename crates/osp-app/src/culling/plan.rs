@@ -49,7 +49,7 @@ impl CullingPlan {
         let clock = StageClock::default();
         let start = clock.start();
         let mut pipeline = self.pipeline(bounds, scene.polygon_count());
-        pipeline.load_on_threads(scene);
+        pipeline.load(scene);
         let took = Duration::from_nanos(clock.since(start).ns);
         Indexed { plan: self, pipeline, took }
     }

@@ -75,8 +75,10 @@ fn the_commands_of_the_readme_work() {
         let mut args = Vec::new();
         for word in command.split_whitespace() {
             match word {
-                // As a shell does it.
-                "recordings/*.ron" => args.extend(shipped().iter().map(|name| format!("recordings/{name}"))),
+                // As a shell does it, but only the first two: all take minutes in a test's build.
+                "recordings/*.ron" => {
+                    args.extend(shipped()[..2].iter().map(|name| format!("recordings/{name}")));
+                }
                 // What is written goes into the temporary folder.
                 _ if [".png", ".svg", ".html", ".ndjson"].iter().any(|ending| word.ends_with(ending)) => {
                     args.push(folder.path().join(word).to_string_lossy().into_owned());
