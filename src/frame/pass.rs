@@ -8,8 +8,8 @@ use crate::{
 };
 
 /// A culling method that runs after frustum culling. Every kind of occlusion culling in a [`super::Pipeline`] is a
-/// pass. Before the first frame, the pipeline may call `load` once, or `load_part` for each part of a model. Then it
-/// calls `frame` or `skip` for each frame.
+/// pass. Before the first frame, the pipeline may call `load`, once or for each part of a model. Then it calls
+/// `frame` or `skip` for each frame.
 pub trait Pass: Any + Debug + Send + Sync {
     /// Receives a model, or a part of it, before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);

@@ -188,7 +188,6 @@ impl Mesh {
             let mut pool = Box::new(OccluderPool::new(PoolConfig::default()));
             let changes = ids(&self.triangles).map(Change::Insert).collect::<Vec<_>>();
             pool.follow(&self.triangles, &changes);
-            pool.join_walls(&self.triangles);
             pool
         })
     }

@@ -114,9 +114,6 @@ fn verify(settings: &Settings) -> PyResult<Verifier> {
         }
         signals.check()?;
     }
-    if *whole {
-        verifier.finish(player.scene());
-    }
     for moment in &moments {
         verifier.verify_view(player.scene(), &camera.view(moment));
         signals.check()?;

@@ -432,9 +432,6 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     if let Some(path) = &args.pvs {
         verifier = verifier.with_pvs(Pvs::read(path, player.scene())?);
     }
-    if !moments.is_empty() {
-        verifier.finish(player.scene());
-    }
     for moment in moments.iter().take(args.views as usize) {
         verify_view(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
         progress.inc(1);

@@ -304,11 +304,6 @@ impl Verifier {
         }
     }
 
-    /// Joins walls that consist of small polygons, as a program does after a model is loaded.
-    pub fn finish(&mut self, scene: &Scene) {
-        self.pool.join_walls(scene);
-    }
-
     /// Verifies one view: determines the visible polygons, then runs every method.
     pub fn verify_view(&mut self, scene: &Scene, view: &View) {
         // A degenerate projection shows no polygon.
