@@ -64,7 +64,7 @@ The page (--html) is one file that works offline, with the verdict, a first char
 on a column header sorts its table (best first at the start). Charts show the values under the pointer; a click on a \
 name shows or hides its line. The page follows the system's dark mode. Without scripts there are only tables.
 Every value is a row: part, recording, index, figure, unit, value, and the confidence interval of a median. --csv \
-writes these rows, --json prints them. Tables, verdict and page contain the same rows.
+writes these rows, --json prints them. The tables of --all and the page contain the same rows.
 `osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.
