@@ -15,8 +15,7 @@ pub enum Contender {
 
 impl Contender {
     /// Names of the structures of other crates; only builds with the feature `peers` have them.
-    pub const PEERS: [&'static str; 6] =
-        ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
+    pub const PEERS: [&'static str; 5] = ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar"];
 
     /// All structures that can be measured, those of this project first.
     pub fn all() -> Vec<Self> {

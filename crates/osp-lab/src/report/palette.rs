@@ -60,7 +60,6 @@ const STRUCTURES: [(&str, RGBColor, Mark); 27] = [
     ("lbvh", ORANGE, Disc),
     ("hlbvh", ORANGE, Square),
     ("dynamic-bvh", PURPLE, Mark::None),
-    ("bvh-crate", PURPLE, Disc),
     ("rstar", PURPLE, Square),
     ("parry3d", GRAY, Mark::None),
     ("parry3d-rebuilt", GRAY, Disc),

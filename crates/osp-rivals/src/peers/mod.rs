@@ -6,7 +6,6 @@
 //! not counted. They refuse the same boxes as every index. A visitor gets each tree as a single leaf.
 
 mod adapter;
-mod bvh_crate;
 mod obvhs_crate;
 mod parry;
 mod rstar_crate;
@@ -28,14 +27,12 @@ pub enum PeerKind {
     ObvhsRebuilt,
     /// The R*-tree of `rstar`, with nodes of 6 to 16 children.
     Rstar,
-    /// `Bvh` of the crate `bvh`, filled one box after the other, and built again after a removal.
-    Bvh,
 }
 
 impl PeerKind {
     /// All kinds.
     pub const ALL: &'static [Self] =
-        &[Self::Parry, Self::ParryRebuilt, Self::Obvhs, Self::ObvhsRebuilt, Self::Rstar, Self::Bvh];
+        &[Self::Parry, Self::ParryRebuilt, Self::Obvhs, Self::ObvhsRebuilt, Self::Rstar];
 
     /// The name on the command line and in tables.
     pub fn name(self) -> &'static str {
@@ -45,7 +42,6 @@ impl PeerKind {
             Self::Obvhs => "obvhs",
             Self::ObvhsRebuilt => "obvhs-rebuilt",
             Self::Rstar => "rstar",
-            Self::Bvh => "bvh-crate",
         }
     }
 
@@ -63,7 +59,6 @@ impl PeerKind {
             Self::Obvhs => Box::new(Adapted::<obvhs_crate::Growing>::new(name, config)),
             Self::ObvhsRebuilt => Box::new(Adapted::<obvhs_crate::Rebuilt>::new(name, config)),
             Self::Rstar => Box::new(Adapted::<rstar_crate::Rstar>::new(name, config)),
-            Self::Bvh => Box::new(Adapted::<bvh_crate::BvhCrate>::new(name, config)),
         }
     }
 }
