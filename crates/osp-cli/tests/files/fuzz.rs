@@ -77,9 +77,8 @@ fn frame_occlusion_catches_unsound_methods() {
     let hidden: usize =
         cases(300).map(|data| fuzzing::frame_occlusion::judge(&data, of(Occlusion::Msvbsp.into()))).sum();
     let paper = of(RivalOcclusion::MsvbspPaper.into());
-    let is_caught = |data: &Vec<u8>| {
-        catch_unwind(|| fuzzing::frame_occlusion::judge(data, paper.clone())).is_err()
-    };
+    let is_caught =
+        |data: &Vec<u8>| catch_unwind(|| fuzzing::frame_occlusion::judge(data, paper.clone())).is_err();
     let caught = cases(1500).filter(is_caught).count();
     eprintln!("{hidden} polygons hidden; caught {caught}");
     assert!(hidden > 500, "{hidden} hidden");
