@@ -38,7 +38,7 @@ pub(crate) enum Mark {
 use Mark::{Disc, Square, Triangle};
 
 /// Structures with their colours and marks. Structures that are often shown together have different colours.
-const STRUCTURES: [(&str, RGBColor, Mark); 27] = [
+const STRUCTURES: [(&str, RGBColor, Mark); 26] = [
     ("osp", BLUE, Mark::None),
     ("osp-paper", SKY, Mark::None),
     ("bsp", SKY, Disc),
