@@ -210,11 +210,13 @@ pub trait SpatialIndex: Any + Send + Sync {
         None
     }
 
-    /// Checks every invariant of the structure, for tests. Takes time proportional to all contents.
+    /// Checks the invariants that answers do not show, for tests. Takes time proportional to all contents.
     ///
     /// # Errors
     /// A description of the broken invariant.
-    fn validate(&self) -> Result<(), String>;
+    fn validate(&self) -> Result<(), String> {
+        Ok(())
+    }
 
     /// Memory held, bytes.
     fn bytes(&self) -> usize;

@@ -157,14 +157,6 @@ impl SpatialIndex for BruteSimd {
         work
     }
 
-    fn validate(&self) -> Result<(), String> {
-        let inserted: usize = self.inserted.iter().map(|inserted| inserted.count_ones() as usize).sum();
-        if inserted != self.len || self.blocks.len() != self.inserted.len() {
-            return Err(format!("{inserted} boxes inserted, {} counted", self.len));
-        }
-        Ok(())
-    }
-
     fn bytes(&self) -> usize {
         self.blocks.capacity() * size_of::<Boxes<16>>() + self.inserted.capacity() * size_of::<u16>()
     }

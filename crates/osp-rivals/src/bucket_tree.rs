@@ -4,7 +4,6 @@
 
 mod cull;
 mod edit;
-mod validate;
 
 use glam::Vec3;
 
@@ -222,10 +221,6 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
 
     fn upkeep(&self) -> Option<Upkeep> {
         Some(self.upkeep)
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        self.check()
     }
 
     fn bytes(&self) -> usize {

@@ -199,17 +199,4 @@ impl<const B: usize> Buckets<B> {
             sink.put(ids);
         }
     }
-
-    /// Checks a chain: its owner, and that only its first bucket may have free lanes.
-    pub(super) fn validate_chain(&self, head: u32, owner: u32) -> Result<(), String> {
-        for (at, bucket) in self.chain(head) {
-            if bucket.owner != owner || bucket.len == 0 || (at != head && (bucket.len as usize) < Self::N) {
-                return Err(format!(
-                    "bucket {at} of node {owner}: owner {}, {} polygons",
-                    bucket.owner, bucket.len
-                ));
-            }
-        }
-        Ok(())
-    }
 }

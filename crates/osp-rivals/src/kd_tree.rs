@@ -11,45 +11,18 @@
 
 use glam::Vec3;
 
-use super::{
-    bucket_tree::{BucketTree, Partition},
-    item::Item,
-};
-use osp::{
-    index::{IndexConfig, SpatialIndex},
-    math::Aabb,
-};
+use super::{bucket_tree::Partition, item::Item};
+use osp::math::Aabb;
 
-/// Configuration of a k-d tree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KdTreeConfig {
-    /// A leaf with more polygons than this is split.
-    pub leaf_capacity: usize,
-    /// Largest share of its parent's polygons that a child may have, 0.55 to 1. A larger share makes rarer rebuilds and
-    /// deeper trees.
-    pub max_share: f32,
-}
-
-impl Default for KdTreeConfig {
-    fn default() -> Self {
-        Self { leaf_capacity: 64, max_share: 0.7 }
-    }
-}
-
-/// A k-d tree.
-pub fn kd_tree(config: &KdTreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    let partition = KdPartition { max_share: config.max_share.clamp(0.55, 1.0) };
-    Box::new(BucketTree::new(partition, config.leaf_capacity, index))
-}
+/// Largest share of its parent's polygons that a child may have. A larger share makes rarer rebuilds and deeper trees.
+const MAX_SHARE: f32 = 0.7;
 
 #[derive(Debug)]
-struct KdPartition {
-    max_share: f32,
-}
+pub(super) struct KdPartition;
 
 /// The split of an inner node: centres below `at` belong to the first child.
 #[derive(Clone, Copy, Debug)]
-struct KdSplit {
+pub(super) struct KdSplit {
     axis: usize,
     at: f32,
 }
@@ -98,6 +71,6 @@ impl Partition for KdPartition {
     }
 
     fn is_lopsided(&self, count: u32, child: u32) -> bool {
-        child as f32 > self.max_share * count as f32
+        child as f32 > MAX_SHARE * count as f32
     }
 }

@@ -1,11 +1,21 @@
 use super::{
     BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, IndexSetting, IndexSettings, LooseOctree,
-    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_bvh, octree_every_child,
-    octree_rebuild, osp_paper::DEFAULT_MAX_DEPTH, quadtree,
+    OctreePaper, OspPaper, TimeOrder, TwoLevelConfig,
+    bucket_tree::BucketTree,
+    bvh::{
+        BinnedSahBuilder, HlbvhBuilder, LbvhBuilder, Median, Midpoint, SweepSahBuilder,
+        top_down::InPlaceBuilder,
+    },
+    kd_tree::KdPartition,
+    octree_bvh::OctreeBvhBuilder,
+    octree_every_child::OctreeEveryChild,
+    octree_rebuild::{DEEPEST, OctreeBuilder},
+    quadtree::QuadPartition,
+    rebuilt::{Rebuilt, TreeBuilder},
 };
 use osp::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
 
-/// The indexes, by name.
+/// The indexes, by name. Those that are rebuilt do so in every commit that follows a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum IndexKind {
     /// [`BruteForce`].
@@ -18,25 +28,25 @@ pub enum IndexKind {
     OspPaper,
     /// [`Osp`].
     Osp,
-    /// [`octree_rebuild`].
+    /// The octree that the paper compares its tree with, in its best form, rebuilt.
     OctreeRebuild,
     /// [`OctreePaper`].
     OctreePaper,
-    /// [`octree_every_child`].
+    /// An octree that stores a polygon in every child that it touches, rebuilt.
     OctreeEveryChild,
-    /// [`octree_bvh`].
+    /// An octree with a hierarchy in each of its cells, rebuilt.
     OctreeBvh,
-    /// [`bvh::bvh_midpoint`].
+    /// A hierarchy halved in the middle of space, rebuilt.
     BvhMidpoint,
-    /// [`bvh::bvh_median`].
+    /// A hierarchy halved by number of polygons, rebuilt.
     BvhMedian,
-    /// [`bvh::bvh_sah`].
+    /// A hierarchy split by the surface area heuristic over a few buckets, rebuilt.
     BvhSah,
-    /// [`bvh::bvh_sah_sweep`].
+    /// A hierarchy split by the surface area heuristic over all positions, rebuilt.
     BvhSahSweep,
-    /// [`bvh::lbvh`].
+    /// A hierarchy along the Morton curve, rebuilt.
     Lbvh,
-    /// [`bvh::hlbvh`].
+    /// A hierarchy along the Morton curve whose top is made by the surface area heuristic, rebuilt.
     Hlbvh,
     /// [`BvhTwoLevel`].
     BvhTwoLevel,
@@ -44,9 +54,9 @@ pub enum IndexKind {
     DynamicBvh,
     /// [`LooseOctree`].
     LooseOctree,
-    /// [`kd_tree`].
+    /// A k-d tree that inserts polygons one at a time.
     KdTree,
-    /// [`quadtree`].
+    /// A quadtree over the ground that inserts polygons one at a time.
     Quadtree,
     /// [`Bsp`].
     Bsp,
@@ -143,31 +153,6 @@ impl IndexKind {
         }
     }
 
-    /// The number of levels below the root with these settings; `None` for an index without this setting.
-    pub fn max_depth(self, settings: &IndexSettings) -> Option<u32> {
-        match self {
-            Self::OspPaper => Some(settings.max_depth.unwrap_or(DEFAULT_MAX_DEPTH)),
-            Self::OctreePaper => Some(settings.octree_paper().max_depth),
-            _ => None,
-        }
-    }
-
-    /// The largest number of polygons of a leaf with these settings; `None` for an index without this setting.
-    pub fn leaf_capacity(self, settings: &IndexSettings) -> Option<usize> {
-        Some(match self {
-            Self::OctreeRebuild | Self::OctreeEveryChild => settings.octree().leaf_capacity,
-            Self::OctreePaper => settings.octree_paper().leaf_capacity,
-            Self::BvhMidpoint => settings.midpoint().leaf_capacity,
-            Self::BvhMedian => settings.median().leaf_capacity,
-            Self::OctreeBvh | Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel => settings.sah().leaf_capacity,
-            Self::BvhSahSweep => settings.sweep_sah().leaf_capacity,
-            Self::Lbvh => settings.lbvh().leaf_capacity,
-            Self::KdTree => settings.kd_tree().leaf_capacity,
-            Self::Quadtree => settings.quadtree().leaf_capacity,
-            _ => return None,
-        })
-    }
-
     /// An empty index of this kind with the default settings.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
         self.create_with(config, &IndexSettings::default())
@@ -176,6 +161,10 @@ impl IndexKind {
     /// An empty index of this kind. `osp-paper` takes time and memory proportional to 2 to the power of its depth; the
     /// others reserve room for the capacity alone.
     pub fn create_with(self, config: &IndexConfig, settings: &IndexSettings) -> Box<dyn SpatialIndex> {
+        fn rebuilt(builder: impl TreeBuilder, config: &IndexConfig) -> Box<dyn SpatialIndex> {
+            Box::new(Rebuilt::new(builder, config.room()))
+        }
+        let leaf = settings.leaf();
         match self {
             Self::BruteForce => Box::new(BruteForce::with_capacity(config.room())),
             Self::BruteSimd => Box::new(BruteSimd::new(config)),
@@ -185,26 +174,24 @@ impl IndexKind {
                 Box::new(tree.with_cut_nodes(settings.cut_nodes))
             }
             Self::Osp => Box::new(Osp::new(config)),
-            Self::OctreeRebuild => octree_rebuild(&settings.octree(), config),
+            Self::OctreeRebuild => rebuilt(OctreeBuilder::new(leaf, DEEPEST), config),
             Self::OctreePaper => {
                 let tree = OctreePaper::new(settings.octree_paper(), config);
                 Box::new(tree.with_cut_nodes(settings.cut_nodes))
             }
-            Self::OctreeEveryChild => octree_every_child(&settings.octree(), config),
-            Self::OctreeBvh => octree_bvh(&settings.octree_bvh(), config),
-            Self::BvhMidpoint => bvh::bvh_midpoint(&settings.midpoint(), config),
-            Self::BvhMedian => bvh::bvh_median(&settings.median(), config),
-            Self::BvhSah => bvh::bvh_sah(&settings.sah(), config),
-            Self::BvhSahSweep => bvh::bvh_sah_sweep(&settings.sweep_sah(), config),
-            Self::Lbvh => bvh::lbvh(&settings.lbvh(), config),
-            Self::Hlbvh => bvh::hlbvh(&settings.hlbvh(), config),
-            Self::BvhTwoLevel => Box::new(BvhTwoLevel::new(settings.two_level(), config)),
+            Self::OctreeEveryChild => Box::new(OctreeEveryChild::new(leaf, config)),
+            Self::OctreeBvh => rebuilt(OctreeBvhBuilder::new(settings.sah()), config),
+            Self::BvhMidpoint => rebuilt(InPlaceBuilder::new(Midpoint(leaf)), config),
+            Self::BvhMedian => rebuilt(InPlaceBuilder::new(Median(leaf)), config),
+            Self::BvhSah => rebuilt(BinnedSahBuilder::new(settings.sah()), config),
+            Self::BvhSahSweep => rebuilt(SweepSahBuilder::new(leaf), config),
+            Self::Lbvh => rebuilt(LbvhBuilder::new(leaf, settings.morton_bits), config),
+            Self::Hlbvh => rebuilt(HlbvhBuilder::new(settings.morton_bits, settings.sah()), config),
+            Self::BvhTwoLevel => Box::new(BvhTwoLevel::by(settings.sah(), TwoLevelConfig::default(), config)),
             Self::DynamicBvh => Box::new(DynamicBvh::new(config)),
-            Self::LooseOctree => {
-                Box::new(LooseOctree::new(LooseOctreeConfig::for_capacity(config.room()), config))
-            }
-            Self::KdTree => kd_tree(&settings.kd_tree(), config),
-            Self::Quadtree => quadtree(&settings.quadtree(), config),
+            Self::LooseOctree => Box::new(LooseOctree::new(config)),
+            Self::KdTree => Box::new(BucketTree::new(KdPartition, leaf, config)),
+            Self::Quadtree => Box::new(BucketTree::new(QuadPartition::new(&config.root), leaf, config)),
             Self::Bsp => Box::new(Bsp::new(BspConfig::default(), config)),
         }
     }

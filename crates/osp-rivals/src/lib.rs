@@ -38,22 +38,14 @@ mod walk_stack;
 pub use as_printed::{CutNodes, InsertionCounts};
 pub use brute_simd::BruteSimd;
 pub use bsp::{Bsp, BspConfig, BspCounts, BspNode};
-pub use bvh::{
-    BvhTwoLevel, HlbvhConfig, LbvhConfig, MedianConfig, MidpointConfig, SahConfig, SweepSahConfig,
-    TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, lbvh,
-};
+pub use bvh::{BvhTwoLevel, TwoLevelConfig};
 pub use dynamic_bvh::DynamicBvh;
-pub use kd_tree::{KdTreeConfig, kd_tree};
 pub use kind::IndexKind;
-pub use loose_octree::{LooseOctree, LooseOctreeConfig};
+pub use loose_octree::LooseOctree;
 pub use occlusion::RivalOcclusion;
-pub use octree_bvh::{OctreeBvhConfig, octree_bvh};
-pub use octree_every_child::octree_every_child;
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
-pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPaperNode, OspPlace};
+pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspNode, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;
-pub use quadtree::{QuadtreeConfig, quadtree};
 pub use settings::{IndexSetting, IndexSettings};
 pub use time_order::TimeOrder;

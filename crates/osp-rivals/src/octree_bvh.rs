@@ -1,58 +1,38 @@
 //! An octree with a bounding volume hierarchy in each of its cells, in one tree. It is rebuilt when polygons come or
 //! go, and refitted when they only move.
 //!
-//! The cells are those of [`octree_rebuild`](super::octree_rebuild()): a polygon lies in the cell of its centre, and
-//! every node has the tight box around all polygons below. The hierarchies are those of [`bvh_sah`](super::bvh_sah).
+//! The cells are those of `octree-rebuild`: a polygon lies in the cell of its centre, and
+//! every node has the tight box around all polygons below. The hierarchies are those of `bvh-sah`.
 //! After a refit a polygon may lie outside its cell, but its node's box is still tight.
 
 use super::{
-    bvh::{BinnedSahBuilder, SahConfig},
-    flat_tree::{COUNTED_DEPTH, FlatTree},
+    bvh::{BinnedSah, BinnedSahBuilder},
+    flat_tree::FlatTree,
     item::Item,
-    octree_rebuild::{OctreeBuilder, OctreeConfig},
-    rebuilt::{OnUpdate, Rebuilt, TreeBuilder},
+    octree_rebuild::OctreeBuilder,
+    rebuilt::{OnUpdate, TreeBuilder},
 };
-use osp::index::{IndexConfig, SpatialIndex};
 
-/// Configuration of an octree with a hierarchy in each cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OctreeBvhConfig {
-    /// A cell with more polygons than this is split into octants. A larger capacity makes a smaller octree and larger
-    /// hierarchies.
-    pub cell_capacity: usize,
-    /// The deepest level of the octree, at most 60. Cells on this level have any number of polygons.
-    pub max_depth: usize,
-    /// The hierarchy of each cell.
-    pub sah: SahConfig,
-}
-
-impl Default for OctreeBvhConfig {
-    fn default() -> Self {
-        Self { cell_capacity: 512, max_depth: 8, sah: SahConfig::default() }
-    }
-}
-
-/// An octree with a hierarchy in each of its cells.
-pub fn octree_bvh(config: &OctreeBvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(Rebuilt::new(Builder::new(config), index.room()))
-}
+/// A cell with more polygons than this is split into octants. A larger capacity makes a smaller octree and larger
+/// hierarchies.
+const CELL_CAPACITY: usize = 512;
+/// The deepest level of the octree. Cells on this level have any number of polygons.
+const MAX_DEPTH: usize = 8;
 
 #[derive(Debug)]
-struct Builder {
+pub(super) struct OctreeBvhBuilder {
     octree: OctreeBuilder,
     hierarchy: BinnedSahBuilder,
 }
 
-impl Builder {
-    fn new(config: &OctreeBvhConfig) -> Self {
-        // A hierarchy bounds its depth only if its root is not deeper than this level.
-        let max_depth = config.max_depth.min(COUNTED_DEPTH);
-        let octree = OctreeConfig { leaf_capacity: config.cell_capacity, max_depth };
-        Self { octree: OctreeBuilder::new(octree), hierarchy: BinnedSahBuilder::new(config.sah) }
+impl OctreeBvhBuilder {
+    pub(super) fn new(sah: BinnedSah) -> Self {
+        let octree = OctreeBuilder::new(CELL_CAPACITY, MAX_DEPTH);
+        Self { octree, hierarchy: BinnedSahBuilder::new(sah) }
     }
 }
 
-impl TreeBuilder for Builder {
+impl TreeBuilder for OctreeBvhBuilder {
     const NAME: &'static str = "octree-bvh";
     const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
@@ -68,10 +48,10 @@ impl TreeBuilder for Builder {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::IndexKind;
     use glam::Vec3;
     use osp::{
-        index::{Node, Visit, Visitor},
+        index::{IndexConfig, Node, Visit, Visitor},
         math::{Aabb, Frustum},
         polygon::PolygonId,
     };
@@ -90,9 +70,7 @@ mod tests {
 
     #[test]
     fn eight_cells_above_and_halves_below() {
-        let sah = SahConfig { leaf_capacity: 8, ..SahConfig::default() };
-        let config = OctreeBvhConfig { cell_capacity: 100, sah, ..OctreeBvhConfig::default() };
-        let mut index = octree_bvh(&config, &IndexConfig::default());
+        let mut index = IndexKind::OctreeBvh.create(&IndexConfig::default());
         for id in 0..800 {
             // A hundred polygons in each corner of a cube of eight metres.
             let corner = Vec3::from_array([0, 1, 2].map(|axis| (id >> axis & 1) as f32 * 8.0));
@@ -100,7 +78,6 @@ mod tests {
             index.insert(PolygonId(id), &Aabb::cube(corner + along, 0.05)).expect("a new box");
         }
         index.commit();
-        index.validate().expect("a sound tree");
         let mut nodes = Nodes(Vec::new());
         index.traverse(&Frustum::everything(), &mut nodes);
         let at = |depth| nodes.0.iter().filter(move |node| node.0 == depth).map(|node| node.1);

@@ -9,11 +9,11 @@
 //! * A query reports each polygon once: it has a bit for each polygon.
 
 use super::{
-    flat_tree::{FlatTree, MAX_DEPTH},
+    flat_tree::FlatTree,
     item::Item,
     octree_paper::octant,
-    octree_rebuild::OctreeConfig,
-    rebuilt::{Leaves, OnUpdate, Rebuilt, TreeBuilder},
+    octree_rebuild::DEEPEST,
+    rebuilt::{OnUpdate, Rebuilt, TreeBuilder},
 };
 use osp::{
     index::{IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts},
@@ -24,11 +24,6 @@ use osp::{
 /// Largest number of entries of the tree, as a multiple of the number of polygons. A larger multiple divides models of
 /// large polygons further.
 const MOST_COPIES: usize = 8;
-
-/// An octree that stores a polygon in every child that it touches. It is rebuilt in every commit that follows a change.
-pub fn octree_every_child(config: &OctreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    Box::new(OctreeEveryChild { tree: Rebuilt::new(Builder::new(*config), index.room()) })
-}
 
 /// A node still to be made.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +40,7 @@ struct Pending {
 
 #[derive(Debug)]
 struct Builder {
-    config: OctreeConfig,
+    leaf_capacity: usize,
     /// Indices of the polygons of all pending nodes. The polygons of the next node are at the end.
     numbers: Vec<u32>,
     pending: Vec<Pending>,
@@ -57,9 +52,9 @@ struct Builder {
 }
 
 impl Builder {
-    fn new(config: OctreeConfig) -> Self {
+    fn new(leaf_capacity: usize) -> Self {
         Self {
-            config: OctreeConfig { max_depth: config.max_depth.min(MAX_DEPTH), ..config },
+            leaf_capacity,
             numbers: Vec::new(),
             pending: Vec::new(),
             leaf: Vec::new(),
@@ -73,7 +68,7 @@ impl Builder {
     fn divide(&mut self, mut node: Pending, items: &[Item], tree: &mut FlatTree) -> bool {
         let count = node.end - node.start;
         let (most, waiting) = (count + (count / 2).min(self.spare), self.pending.len());
-        while count > self.config.leaf_capacity && node.level < self.config.max_depth {
+        while count > self.leaf_capacity && node.level < DEEPEST {
             node.level += 1;
             for child in (0..8).rev() {
                 let cell = octant(&node.cell, node.cell.center(), child);
@@ -97,7 +92,7 @@ impl Builder {
                     self.spare -= copied - count;
                     return true;
                 }
-                _ => node.level = self.config.max_depth,
+                _ => node.level = DEEPEST,
             }
             self.pending.truncate(waiting);
             self.numbers.truncate(node.end);
@@ -109,7 +104,6 @@ impl Builder {
 impl TreeBuilder for Builder {
     const NAME: &'static str = "octree-every-child";
     const ON_UPDATE: OnUpdate = OnUpdate::Rebuild;
-    const LEAVES: Leaves = Leaves::Several;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
         self.spare = items.len() * (MOST_COPIES - 1);
@@ -176,11 +170,15 @@ impl Visitor for FirstTime<'_> {
 }
 
 #[derive(Debug)]
-struct OctreeEveryChild {
+pub(super) struct OctreeEveryChild {
     tree: Rebuilt<Builder>,
 }
 
 impl OctreeEveryChild {
+    pub(super) fn new(leaf_capacity: usize, index: &IndexConfig) -> Self {
+        Self { tree: Rebuilt::new(Builder::new(leaf_capacity), index.room()) }
+    }
+
     fn once(&self) -> Once {
         Once(vec![0; self.tree.builder().ids_end.div_ceil(64)])
     }
@@ -257,10 +255,6 @@ impl SpatialIndex for OctreeEveryChild {
         self.tree.upkeep()
     }
 
-    fn validate(&self) -> Result<(), String> {
-        self.tree.validate()
-    }
-
     fn bytes(&self) -> usize {
         self.tree.bytes()
     }
@@ -290,8 +284,7 @@ mod tests {
 
     /// The number of leaves, and of the polygons in all of them together.
     fn leaves(boxes: impl Iterator<Item = Aabb>) -> (usize, usize) {
-        let config = OctreeConfig { leaf_capacity: 2, ..OctreeConfig::default() };
-        let mut index = octree_every_child(&config, &IndexConfig::default());
+        let mut index = OctreeEveryChild::new(2, &IndexConfig::default());
         boxes.enumerate().for_each(|(id, b)| index.insert(PolygonId(id as u32), &b).expect("a new box"));
         index.commit();
         let mut leaves = Leaves(0, 0);

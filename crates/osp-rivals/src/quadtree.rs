@@ -8,42 +8,12 @@
 
 use glam::Vec3;
 
-use super::{
-    bucket_tree::{BucketTree, Partition},
-    item::Item,
-};
-use osp::{
-    index::{IndexConfig, SpatialIndex},
-    math::Aabb,
-};
+use super::{bucket_tree::Partition, item::Item};
+use osp::math::Aabb;
 
-/// Configuration of a quadtree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct QuadtreeConfig {
-    /// A leaf with more polygons than this is split.
-    pub leaf_capacity: usize,
-    /// Number of levels below the first root. Polygons that share a cell of the last level stay together.
-    pub max_depth: u32,
-}
-
-impl Default for QuadtreeConfig {
-    fn default() -> Self {
-        Self { leaf_capacity: 64, max_depth: 32 }
-    }
-}
-
-/// A quadtree over the root of `index`.
-pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
-    let Aabb { min, max } = index.root;
-    let size = f64::from(max.x - min.x).max(f64::from(max.z - min.z));
-    // Any valid first root suffices, because the root grows.
-    let usable = index.root.is_valid() && size > 0.0 && size.is_finite();
-    let (center, half_m) = if usable { (index.root.center(), size * 0.5) } else { (Vec3::ZERO, 2.0) };
-    let origin_m = [f64::from(center.x), f64::from(center.z)];
-    let smallest_half = 0.5f64.powi(config.max_depth.min(1000) as i32);
-    let partition = QuadPartition { origin_m, unit_m: half_m, smallest_half };
-    Box::new(BucketTree::new(partition, config.leaf_capacity, index))
-}
+/// Half the edge of the smallest cells, in units: 32 levels below the first root. Polygons that share such a cell stay
+/// together.
+const SMALLEST_HALF: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// Farthest coordinate that the root grows to, in units. All whole numbers and halves up to it are exact in `f64`, so
 /// no border moves by rounding. Polygons farther out are stored as if they had this coordinate.
@@ -51,20 +21,27 @@ const FARTHEST: f64 = (1u64 << 50) as f64;
 
 /// A partition into squares. The unit is half the first root's edge, and the origin is the first root's middle.
 #[derive(Debug)]
-struct QuadPartition {
+pub(super) struct QuadPartition {
     origin_m: [f64; 2],
     unit_m: f64,
-    smallest_half: f64,
 }
 
 /// A square of the ground, by x and z.
 #[derive(Clone, Copy, Debug)]
-struct Square {
+pub(super) struct Square {
     center: [f64; 2],
     half: f64,
 }
 
 impl QuadPartition {
+    /// A partition of this cube, or of a usual one in place of an unusable cube: the root grows.
+    pub(super) fn new(root: &Aabb) -> Self {
+        let size = f64::from(root.max.x - root.min.x).max(f64::from(root.max.z - root.min.z));
+        let usable = root.is_valid() && size > 0.0 && size.is_finite();
+        let (center, unit_m) = if usable { (root.center(), size * 0.5) } else { (Vec3::ZERO, 2.0) };
+        Self { origin_m: [f64::from(center.x), f64::from(center.z)], unit_m }
+    }
+
     fn on_ground(&self, p: Vec3) -> [f64; 2] {
         let p = [f64::from(p.x), f64::from(p.z)];
         std::array::from_fn(|i| ((p[i] - self.origin_m[i]) / self.unit_m).clamp(-FARTHEST, FARTHEST))
@@ -108,7 +85,7 @@ impl Partition for QuadPartition {
     fn split(&self, cell: &Square, items: &mut [Item]) -> Option<Square> {
         let first = self.on_ground(items.first()?.bounds.center());
         let differ = items.iter().any(|item| self.on_ground(item.bounds.center()) != first);
-        (differ && cell.half > self.smallest_half).then_some(*cell)
+        (differ && cell.half > SMALLEST_HALF).then_some(*cell)
     }
 
     fn child_cell(cell: &Square, child: usize) -> Square {

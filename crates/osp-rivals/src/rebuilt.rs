@@ -1,10 +1,8 @@
-use std::collections::BTreeSet;
-
 use glam::Vec3;
 
 use super::{
     by_id::{ById, InsertedBoxes},
-    flat_tree::{FlatTree, Tightness},
+    flat_tree::FlatTree,
     item::Item,
 };
 use osp::{
@@ -28,9 +26,6 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The action of a commit, if only boxes have changed since the last commit.
     const ON_UPDATE: OnUpdate;
 
-    /// Number of leaves that contain the same polygon.
-    const LEAVES: Leaves = Leaves::One;
-
     /// Fills `tree` with all `items` (at least one). The builder may reorder `items`.
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree);
 
@@ -45,13 +40,6 @@ pub(super) enum OnUpdate {
     Rebuild,
     /// Make the node boxes tight again, bottom up. Build again if the tree has become bad (see [`REFIT_LIMIT`]).
     Refit,
-}
-
-/// Number of leaves that contain the same polygon. A query of the tree reports a polygon once for each visited leaf.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Leaves {
-    One,
-    Several,
 }
 
 /// The work that the next commit has to do.
@@ -101,11 +89,6 @@ impl<B: TreeBuilder> Rebuilt<B> {
     pub(super) fn builder_mut(&mut self) -> &mut B {
         self.due = Due::Rebuild;
         &mut self.builder
-    }
-
-    /// Whether anything has changed since the last commit.
-    pub(super) fn is_due(&self) -> bool {
-        self.due != Due::Nothing
     }
 
     pub(super) fn contains(&self, id: PolygonId) -> bool {
@@ -215,29 +198,6 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
 
     fn upkeep(&self) -> Option<Upkeep> {
         Some(self.upkeep)
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        if self.due != Due::Nothing {
-            return Ok(()); // The tree belongs to the last commit, so it need not match.
-        }
-        self.tree.validate(Tightness::Tight)?;
-        let held = match B::LEAVES {
-            Leaves::One => self.tree.len(),
-            Leaves::Several => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
-        };
-        if held != self.inserted.len() || self.tree.holes() > 0 {
-            return Err(format!("{held} polygons in the tree, {} inserted", self.inserted.len()));
-        }
-        for (at, &id) in self.tree.ids().iter().enumerate() {
-            if self.tree.get_box(at) != self.inserted.get(id) {
-                return Err(format!("polygon {} has another box in the tree", id.0));
-            }
-            if B::ON_UPDATE == OnUpdate::Refit && self.place.get(id) as usize != at {
-                return Err(format!("polygon {} is not where its place says", id.0));
-            }
-        }
-        Ok(())
     }
 
     fn bytes(&self) -> usize {

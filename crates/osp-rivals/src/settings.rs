@@ -1,10 +1,9 @@
 use std::ops::RangeInclusive;
 
 use super::{
-    HlbvhConfig, KdTreeConfig, LbvhConfig, MedianConfig, MidpointConfig, OctreeBvhConfig, OctreeConfig,
-    OctreePaperConfig, OspGrid, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig,
+    OctreePaperConfig, OspGrid,
     as_printed::CutNodes,
-    bvh::MOST_MORTON_BITS,
+    bvh::{BinnedSah, MOST_MORTON_BITS, USUAL_BUCKETS, top_down::LEAF_CAPACITY},
     osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH},
 };
 use osp::index::IndexConfig;
@@ -37,7 +36,7 @@ impl Default for IndexSettings {
             max_depth: None,
             cube: 1.0,
             cut_nodes: CutNodes::default(),
-            buckets: SahConfig::default().buckets,
+            buckets: USUAL_BUCKETS,
             leaf_capacity: None,
             morton_bits: MOST_MORTON_BITS,
         }
@@ -93,10 +92,13 @@ impl IndexSettings {
     pub const MORTON_BITS: RangeInclusive<u32> = 1..=MOST_MORTON_BITS;
 }
 
-/// The configuration of each structure.
 impl IndexSettings {
-    fn leaf_or(&self, usual: usize) -> usize {
-        self.leaf_capacity.map_or(usual, |polygons| polygons.max(1))
+    pub(super) fn leaf(&self) -> usize {
+        self.leaf_capacity.unwrap_or(LEAF_CAPACITY).max(1)
+    }
+
+    pub(super) fn sah(&self) -> BinnedSah {
+        BinnedSah { buckets: self.buckets, leaf_capacity: self.leaf() }
     }
 
     pub(super) fn osp_grid(&self, config: &IndexConfig) -> OspGrid {
@@ -107,58 +109,8 @@ impl IndexSettings {
     pub(super) fn octree_paper(&self) -> OctreePaperConfig {
         let usual = OctreePaperConfig::default();
         OctreePaperConfig {
-            leaf_capacity: self.leaf_or(usual.leaf_capacity),
+            leaf_capacity: self.leaf_capacity.unwrap_or(usual.leaf_capacity).max(1),
             max_depth: self.max_depth.unwrap_or(usual.max_depth),
         }
-    }
-
-    pub(super) fn octree(&self) -> OctreeConfig {
-        let usual = OctreeConfig::default();
-        OctreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
-    }
-
-    pub(super) fn octree_bvh(&self) -> OctreeBvhConfig {
-        OctreeBvhConfig { sah: self.sah(), ..OctreeBvhConfig::default() }
-    }
-
-    pub(super) fn midpoint(&self) -> MidpointConfig {
-        MidpointConfig { leaf_capacity: self.leaf_or(MidpointConfig::default().leaf_capacity) }
-    }
-
-    pub(super) fn median(&self) -> MedianConfig {
-        MedianConfig { leaf_capacity: self.leaf_or(MedianConfig::default().leaf_capacity) }
-    }
-
-    pub(super) fn sah(&self) -> SahConfig {
-        let usual = SahConfig::default();
-        SahConfig { buckets: self.buckets, leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
-    }
-
-    pub(super) fn sweep_sah(&self) -> SweepSahConfig {
-        let usual = SweepSahConfig::default();
-        SweepSahConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
-    }
-
-    pub(super) fn lbvh(&self) -> LbvhConfig {
-        let leaf_capacity = self.leaf_or(LbvhConfig::default().leaf_capacity);
-        LbvhConfig { leaf_capacity, morton_bits: self.morton_bits }
-    }
-
-    pub(super) fn hlbvh(&self) -> HlbvhConfig {
-        HlbvhConfig { morton_bits: self.morton_bits, sah: self.sah(), ..HlbvhConfig::default() }
-    }
-
-    pub(super) fn two_level(&self) -> TwoLevelConfig {
-        TwoLevelConfig { sah: self.sah(), ..TwoLevelConfig::default() }
-    }
-
-    pub(super) fn kd_tree(&self) -> KdTreeConfig {
-        let usual = KdTreeConfig::default();
-        KdTreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
-    }
-
-    pub(super) fn quadtree(&self) -> QuadtreeConfig {
-        let usual = QuadtreeConfig::default();
-        QuadtreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
     }
 }

@@ -289,23 +289,6 @@ impl SpatialIndex for TimeOrder {
         Some(self.upkeep)
     }
 
-    fn validate(&self) -> Result<(), String> {
-        let inserted: usize = self.inserted.iter().map(|inserted| inserted.count_ones() as usize).sum();
-        if inserted != self.len {
-            return Err(format!("{inserted} boxes inserted, {} counted", self.len));
-        }
-        for level in 1..self.levels.len() {
-            for group in 0..self.levels[level - 1].len() {
-                let bounds = self.levels[level - 1][group].around(self.used(level - 1, group));
-                let above = self.levels[level][group / 16].get(group % 16);
-                if above != bounds {
-                    return Err(format!("level {level}, group {group}: {above:?} instead of {bounds:?}"));
-                }
-            }
-        }
-        Ok(())
-    }
-
     fn bytes(&self) -> usize {
         let boxes: usize = self.levels.iter().chain(&self.spare).map(Vec::capacity).sum();
         boxes * size_of::<Boxes<16>>() + self.inserted.capacity() * size_of::<u16>()

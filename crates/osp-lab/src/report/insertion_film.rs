@@ -21,7 +21,7 @@ use osp::{
     math::Aabb,
     polygon::PolygonId,
 };
-use osp_rivals::{OctreePaper, OctreePaperConfig, OspGrid, OspPaper, OspPaperNode};
+use osp_rivals::{OctreePaper, OctreePaperConfig, OspGrid, OspNode, OspPaper};
 use osp_session::scene::Scene;
 
 /// Width and height of the film, pixels.
@@ -154,7 +154,7 @@ struct Step<'a> {
 }
 
 impl Step<'_> {
-    fn node(&self) -> Option<OspPaperNode<'_>> {
+    fn node(&self) -> Option<&OspNode> {
         self.trees.paper.node(*self.path.get(self.step)?)
     }
 
@@ -166,7 +166,7 @@ impl Step<'_> {
         if node.is_leaf {
             return "no plane is left: it stays in this leaf".to_owned();
         }
-        let plane = format!("{} = {:.1}", ["x", "y", "z"][node.axis], node.plane_m);
+        let plane = format!("{} = {:.1}", ["x", "y", "z"][node.axis], node.plane_m());
         match self.path.get(self.step + 1) {
             Some(child) if child % 2 == 0 => format!("{plane}: it is in front, and descends"),
             Some(_) => format!("{plane}: it is behind, and descends"),
@@ -201,11 +201,11 @@ impl Step<'_> {
             if !node.is_leaf {
                 let color = OF_AXIS[node.axis];
                 let outline: Vec<DVec2> =
-                    plane_corners(&node.bounds, node.axis, node.plane_m).map(|p| cube.pixel(p)).to_vec();
+                    plane_corners(&node.bounds(), node.axis, node.plane_m()).map(|p| cube.pixel(p)).to_vec();
                 fill(area, &outline, color.mix(0.3))?;
                 stroke(area, &outline, color.to_rgba(), 2)?;
             }
-            cube.edges(area, &node.bounds, INK.to_rgba(), 2)?;
+            cube.edges(area, &node.bounds(), INK.to_rgba(), 2)?;
         }
         self.polygon(area, &cube, self.nth, VERMILION)?;
         let bottom = area.dim_in_pixel().1 as i32;
@@ -276,7 +276,7 @@ impl Step<'_> {
         for (at, &number) in numbers.iter().enumerate() {
             let place = layout.pixel(at);
             // The descending polygon is not in its node yet.
-            let own = paper.node(number).map_or(0, |node| node.polygons.len());
+            let own = paper.node(number).map_or(0, |node| node.tri_names.len());
             let is_end = self.path.last() == Some(&number) && self.step + 1 < self.path.len();
             let own = own - usize::from(is_end && own > 0);
             area.draw(&Circle::new(place, radius, WHITE.filled()))?;

@@ -5,8 +5,9 @@ use super::{
     plane::{MAX_CORNERS, Side, SplitPlane},
 };
 use crate::{
-    bvh::top_down::{
-        InPlace, LEAF_CAPACITY, Pending as CullPending, Split, box_of_centers, build_top_down, longest_axis,
+    bvh::{
+        Median,
+        top_down::{InPlaceBuilder, LEAF_CAPACITY, longest_axis},
     },
     by_id::ById,
     flat_tree::{COUNTED_DEPTH, FlatTree},
@@ -108,7 +109,7 @@ pub(super) struct BspBuilder {
     cull_items: Vec<Item>,
     /// For each node its boxes in `cull_items`.
     cull_ranges: Vec<CullRange>,
-    cull_pending: Vec<CullPending>,
+    halves: InPlaceBuilder<Median>,
 }
 
 /// The boxes of a node in the culling tree.
@@ -139,7 +140,7 @@ impl BspBuilder {
             cut: [Vec::new(), Vec::new()],
             cull_items: Vec::new(),
             cull_ranges: Vec::new(),
-            cull_pending: Vec::new(),
+            halves: InPlaceBuilder::new(Median(LEAF_CAPACITY)),
         }
     }
 
@@ -375,19 +376,7 @@ impl BspBuilder {
 
     /// Adds consecutive polygons. Halves their number until each half fits into a leaf.
     fn group(&mut self, first: usize, count: usize, depth: usize, tree: &mut FlatTree) {
-        let split = |items: &mut [Item]| {
-            if items.len() <= LEAF_CAPACITY {
-                return Split::Leaf;
-            }
-            let axis = longest_axis(&box_of_centers(items));
-            let center = |item: &Item| item.bounds.center()[axis];
-            let half = items.len() / 2;
-            items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
-            Split::After(half)
-        };
-        let items = &mut self.cull_items[..];
-        let mut ranges = InPlace { items, split };
-        build_top_down(first..first + count, depth, LEAF_CAPACITY, &mut ranges, &mut self.cull_pending, tree);
+        self.halves.build_below(&mut self.cull_items[first..first + count], depth, tree);
     }
 }
 
@@ -412,7 +401,7 @@ impl TreeBuilder for BspBuilder {
             + self.pending.capacity() * size_of::<Pending>()
             + self.cull_items.capacity() * size_of::<Item>()
             + self.cull_ranges.capacity() * size_of::<CullRange>()
-            + self.cull_pending.capacity() * size_of::<CullPending>()
+            + self.halves.bytes()
     }
 }
 

@@ -4,11 +4,10 @@ use glam::Vec3;
 
 use super::{
     BspConfig, BspCounts,
-    build::{BspBuilder, MAX_DEPTH},
+    build::BspBuilder,
     order::{BspNode, Order},
-    plane::MAX_CORNERS,
 };
-use crate::{by_id::ById, rebuilt::Rebuilt};
+use crate::rebuilt::Rebuilt;
 use osp::{
     index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum, Ray},
@@ -166,28 +165,6 @@ impl SpatialIndex for Bsp {
 
     fn upkeep(&self) -> Option<Upkeep> {
         self.0.upkeep()
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        self.0.validate()?;
-        if self.0.is_due() {
-            return Ok(());
-        }
-        let order = self.0.builder().order();
-        order.validate(MAX_DEPTH, MAX_CORNERS)?;
-        let mut pieces = ById::new(0u32);
-        let mut polygons = 0;
-        for id in order.ids() {
-            polygons += usize::from(pieces.get(id) == 0);
-            pieces.set(id, pieces.get(id) + 1);
-            if !self.0.contains(id) {
-                return Err(format!("a piece of polygon {}, which is not in the index", id.0));
-            }
-        }
-        if polygons != self.len() {
-            return Err(format!("pieces of {polygons} polygons, {} inserted", self.len()));
-        }
-        Ok(())
     }
 
     fn bytes(&self) -> usize {

@@ -1,6 +1,6 @@
 use glam::{DVec3, Vec3};
 
-use super::plane::{Side, SplitPlane};
+use super::plane::SplitPlane;
 use crate::walk_stack::WalkStack;
 use osp::{
     math::{Aabb, clip_convex},
@@ -218,54 +218,6 @@ impl OrderTree {
             unordered: several.map(|node| node.count as usize).sum(),
             depth: self.depth,
         }
-    }
-
-    /// The polygon of every piece.
-    pub(super) fn ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
-        self.pieces.iter().map(|piece| piece.id)
-    }
-
-    /// Checks that every node has one parent, and that all pieces lie on the right sides of the planes above.
-    pub(super) fn validate(&self, max_depth: usize, max_corners: usize) -> Result<(), String> {
-        let reach = self.points.iter().map(|p| f64::from(p.abs().max_element())).fold(0.0, f64::max);
-        let mut seen = 0;
-        let mut pieces = 0;
-        // `waiting` has the nodes to visit, with their depth; `above` has the planes above, each with the current side.
-        let mut waiting = if self.nodes.is_empty() { Vec::new() } else { vec![(0, Side::Both, 0)] };
-        let mut above: Vec<(SplitPlane, Side)> = vec![(SplitPlane::NONE, Side::Both)];
-        while let Some((at, side, depth)) = waiting.pop() {
-            if at as usize != seen {
-                return Err(format!("node {at} comes as number {seen}"));
-            }
-            seen += 1;
-            if depth > max_depth {
-                return Err(format!("node {at} is deeper than {max_depth}"));
-            }
-            above.truncate(depth + 1);
-            above[depth].1 = side;
-            let node = &self.nodes[at as usize];
-            if node.first as usize != pieces {
-                return Err(format!("node {at} has pieces from {}, expected {pieces}", node.first));
-            }
-            pieces += node.count as usize;
-            for piece in self.own(node).iter().filter(|piece| (piece.corners as usize) < max_corners) {
-                for &p in self.corners(piece) {
-                    let is_wrong = |(plane, side): &(SplitPlane, Side)| !plane.allows(*side, p, reach);
-                    if above.iter().any(is_wrong) || !node.plane.allows(Side::On, p, reach) {
-                        return Err(format!("a piece of polygon {} is on the wrong side", piece.id.0));
-                    }
-                }
-            }
-            above.push((node.plane, Side::Both));
-            let below = [(node.front, Side::Front), (node.back, Side::Back)];
-            waiting.extend(
-                below.iter().filter(|(at, _)| *at != NO_NODE).map(|&(at, side)| (at, side, depth + 1)),
-            );
-        }
-        if seen != self.nodes.len() || pieces != self.pieces.len() {
-            return Err(format!("{seen} of {} nodes hang in the tree", self.nodes.len()));
-        }
-        Ok(())
     }
 
     pub(super) fn bytes(&self) -> usize {

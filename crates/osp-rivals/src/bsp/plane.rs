@@ -103,17 +103,6 @@ impl SplitPlane {
         self.thickness + ROUNDING * largest_coordinate(p)
     }
 
-    /// Whether a point is on this side or in the plane; `reach` is the largest coordinate of the points around.
-    pub(super) fn allows(&self, side: Side, p: Vec3, reach: f64) -> bool {
-        let (distance, near) = (self.distance(p), self.thickness + 4.0 * ROUNDING * reach);
-        match side {
-            Side::Front => distance >= -near,
-            Side::Back => distance <= near,
-            Side::On => distance.abs() <= near,
-            Side::Both => true,
-        }
-    }
-
     /// The side on which a polygon lies.
     pub(super) fn side(&self, corners: &[Vec3]) -> Side {
         let (mut front, mut back) = (false, false);

@@ -7,38 +7,28 @@
 use glam::Vec3;
 
 use super::top_down::{
-    Boxed, InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis, partition,
-    split_point,
+    Boxed, InPlaceBuilder, NODE_COST, POLYGON_COST, Split, SplitInPlace, box_of_centers, partition,
+    split_in_middle,
 };
-use crate::{
-    flat_tree::{FlatTree, area},
-    item::Item,
-    rebuilt::{OnUpdate, TreeBuilder},
-};
+use crate::{flat_tree::area, item::Item};
 use osp::math::Aabb;
 
-/// Largest number of buckets for [`SahConfig::buckets`].
+/// Largest number of buckets for [`BinnedSah::buckets`].
 const MAX_BUCKETS: usize = 32;
 
-/// Configuration of a hierarchy split by the surface area heuristic.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SahConfig {
+/// Default number of buckets of an axis.
+pub(crate) const USUAL_BUCKETS: usize = 12;
+
+/// Split by the surface area heuristic.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BinnedSah {
     /// Number of buckets of an axis, 2 to 32. More buckets make better splits and slower builds; above 16 hardly
     /// anything changes.
-    pub buckets: usize,
-    /// Largest number of polygons of a leaf.
-    pub leaf_capacity: usize,
-    /// Cost of visiting a node. A larger cost makes larger leaves.
-    pub node_cost: f64,
-    /// Cost of testing a polygon of a leaf. It is less than `node_cost`, because sixteen polygons are tested at once.
-    pub polygon_cost: f64,
+    pub(crate) buckets: usize,
+    pub(crate) leaf_capacity: usize,
 }
 
-impl Default for SahConfig {
-    fn default() -> Self {
-        Self { buckets: 12, leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.03 }
-    }
-}
+pub(crate) type BinnedSahBuilder = InPlaceBuilder<BinnedSah>;
 
 #[derive(Clone, Copy, Debug)]
 struct Bucket {
@@ -84,7 +74,7 @@ impl Buckets {
 
 /// Orders `items` by the best split and returns the split. Returns [`SahSplit::Leaf`] if a leaf is cheaper, and
 /// [`SahSplit::Blind`] if the heuristic rates all splits the same.
-pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahSplit {
+pub(super) fn split_by_sah(items: &mut [impl Boxed], config: BinnedSah) -> SahSplit {
     let count = config.buckets.clamp(2, MAX_BUCKETS);
     let centers = box_of_centers(items);
     let buckets = Buckets::new(&centers, count);
@@ -114,8 +104,8 @@ pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahS
     if !(whole > 0.0 && cost.is_finite()) {
         return SahSplit::Blind;
     }
-    let split_cost = config.node_cost * whole + config.polygon_cost * cost;
-    if all.weight as usize <= config.leaf_capacity && config.polygon_cost * all.cost() <= split_cost {
+    let split_cost = NODE_COST * whole + POLYGON_COST * cost;
+    if all.weight as usize <= config.leaf_capacity && POLYGON_COST * all.cost() <= split_cost {
         return SahSplit::Leaf;
     }
     SahSplit::After(partition(items, |item| buckets.of(item.bounds().center(), axis) <= last_of_first))
@@ -139,12 +129,7 @@ impl SahSplit {
             Self::Leaf => Split::Leaf,
             Self::After(first) => Split::After(first),
             Self::Blind if items.len() <= leaf_capacity => Split::Leaf,
-            Self::Blind => {
-                let centers = box_of_centers(items);
-                let axis = longest_axis(&centers);
-                let at = split_point(centers.min[axis], centers.max[axis]);
-                Split::After(partition(items, |item| item.bounds().center()[axis] <= at))
-            }
+            Self::Blind => split_in_middle(items),
         }
     }
 }
@@ -164,36 +149,14 @@ fn costs(filled: &[Bucket]) -> impl Iterator<Item = (usize, f64)> {
     })
 }
 
-#[derive(Debug)]
-pub(crate) struct BinnedSahBuilder {
-    config: SahConfig,
-    pending: Vec<Pending>,
-}
-
-impl BinnedSahBuilder {
-    pub(crate) fn new(config: SahConfig) -> Self {
-        Self { config, pending: Vec::new() }
-    }
-
-    /// Builds a hierarchy of `items` with its top at `depth`.
-    pub(crate) fn build_below(&mut self, items: &mut [Item], depth: usize, tree: &mut FlatTree) {
-        let config = self.config;
-        let capacity = config.leaf_capacity;
-        let split = |items: &mut [Item]| split_by_sah(items, &config).or_middle(items, capacity);
-        let range = 0..items.len();
-        build_top_down(range, depth, capacity, &mut InPlace { items, split }, &mut self.pending, tree);
-    }
-}
-
-impl TreeBuilder for BinnedSahBuilder {
+impl SplitInPlace for BinnedSah {
     const NAME: &'static str = "bvh-sah";
-    const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
-    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        self.build_below(items, 0, tree);
+    fn leaf_capacity(&self) -> usize {
+        self.leaf_capacity
     }
 
-    fn bytes(&self) -> usize {
-        self.pending.capacity() * size_of::<Pending>()
+    fn split(&self, items: &mut [Item]) -> Split {
+        split_by_sah(items, *self).or_middle(items, self.leaf_capacity)
     }
 }

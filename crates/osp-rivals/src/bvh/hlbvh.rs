@@ -5,10 +5,9 @@
 //! Geometry" (2010). Difference: this version runs on one thread, without the compressed sort of the GPU version.
 
 use super::{
-    SahConfig,
-    binned_sah::split_by_sah,
+    binned_sah::{BinnedSah, split_by_sah},
     lbvh::AlongCurve,
-    morton::{CODE_BITS, MOST_BITS, MortonOrder},
+    morton::{CODE_BITS, MortonOrder},
     top_down::{Boxed, Pending, Split, build_top_down},
 };
 use crate::{
@@ -21,23 +20,9 @@ use osp::math::Aabb;
 /// From this depth on, treelets are joined in halves, so that enough levels remain for the treelets themselves.
 const COUNTED_TOP_DEPTH: u32 = 24;
 
-/// Configuration of a hierarchical linear hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HlbvhConfig {
-    /// Number of leading bits of the Morton code that the polygons of a treelet share. More bits make more treelets, a
-    /// better top of the tree, and slower builds.
-    pub treelet_bits: u32,
-    /// Number of bits of an axis in the Morton codes, 1 to 21.
-    pub morton_bits: u32,
-    /// Settings for joining the treelets, and the capacity of a leaf.
-    pub sah: SahConfig,
-}
-
-impl Default for HlbvhConfig {
-    fn default() -> Self {
-        Self { treelet_bits: 15, morton_bits: MOST_BITS, sah: SahConfig::default() }
-    }
-}
+/// Number of leading bits of the Morton code that the polygons of a treelet share. More bits make more treelets, a
+/// better top of the tree, and slower builds.
+const TREELET_BITS: u32 = 15;
 
 /// Polygons that share the leading bits of their codes: a range of the Morton order.
 #[derive(Clone, Copy, Debug)]
@@ -66,8 +51,11 @@ struct PendingTop {
 }
 
 #[derive(Debug)]
-pub(super) struct HlbvhBuilder {
-    config: HlbvhConfig,
+pub(crate) struct HlbvhBuilder {
+    /// Number of bits of an axis in the Morton codes, 1 to 21.
+    morton_bits: u32,
+    /// Settings for joining the treelets, and the capacity of a leaf.
+    sah: BinnedSah,
     order: MortonOrder,
     treelets: Vec<Treelet>,
     top: Vec<PendingTop>,
@@ -76,9 +64,10 @@ pub(super) struct HlbvhBuilder {
 }
 
 impl HlbvhBuilder {
-    pub(super) fn new(config: HlbvhConfig) -> Self {
+    pub(crate) fn new(morton_bits: u32, sah: BinnedSah) -> Self {
         Self {
-            config,
+            morton_bits,
+            sah,
             order: MortonOrder::default(),
             treelets: Vec::new(),
             top: Vec::new(),
@@ -93,10 +82,9 @@ impl TreeBuilder for HlbvhBuilder {
     const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let HlbvhConfig { treelet_bits, morton_bits, sah } = self.config;
-        let items = &*items;
-        let keys = self.order.sort(items, morton_bits);
-        let below = CODE_BITS - treelet_bits.min(CODE_BITS);
+        let (sah, items) = (self.sah, &*items);
+        let keys = self.order.sort(items, self.morton_bits);
+        let below = CODE_BITS - TREELET_BITS;
         self.treelets.clear();
         let mut start = 0;
         for treelet in keys.chunk_by(|a, b| a.code >> below == b.code >> below) {
@@ -130,7 +118,7 @@ impl TreeBuilder for HlbvhBuilder {
             let first = if depth >= COUNTED_TOP_DEPTH {
                 half
             } else {
-                match split_by_sah(treelets, &sah).or_middle(treelets, 0) {
+                match split_by_sah(treelets, sah).or_middle(treelets, 0) {
                     Split::After(first) if first > 0 && first < treelets.len() => first,
                     _ => half,
                 }

@@ -9,8 +9,8 @@
 use std::ops::Range;
 
 use super::{
-    morton::{Key, MOST_BITS, MortonOrder},
-    top_down::{LEAF_CAPACITY, Pending, Ranges, Split, build_top_down},
+    morton::{Key, MortonOrder},
+    top_down::{Pending, Ranges, Split, build_top_down},
 };
 use crate::{
     flat_tree::FlatTree,
@@ -18,33 +18,21 @@ use crate::{
     rebuilt::{OnUpdate, TreeBuilder},
 };
 
-/// Configuration of a linear hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LbvhConfig {
-    /// A node with more polygons than this is split.
-    pub leaf_capacity: usize,
+#[derive(Debug)]
+pub(crate) struct LbvhBuilder {
+    leaf_capacity: usize,
     /// Number of bits of an axis in the Morton codes, 1 to 21. With fewer bits, more polygons share a code. Their range
     /// is halved by number.
-    pub morton_bits: u32,
-}
-
-impl Default for LbvhConfig {
-    fn default() -> Self {
-        Self { leaf_capacity: LEAF_CAPACITY, morton_bits: MOST_BITS }
-    }
-}
-
-#[derive(Debug)]
-pub(super) struct LbvhBuilder {
-    config: LbvhConfig,
+    morton_bits: u32,
     order: MortonOrder,
     pending: Vec<Pending>,
     leaf: Vec<Item>,
 }
 
 impl LbvhBuilder {
-    pub(super) fn new(config: LbvhConfig) -> Self {
-        Self { config, order: MortonOrder::default(), pending: Vec::new(), leaf: Vec::new() }
+    pub(crate) fn new(leaf_capacity: usize, morton_bits: u32) -> Self {
+        let (pending, leaf) = (Vec::new(), Vec::new());
+        Self { leaf_capacity, morton_bits, order: MortonOrder::default(), pending, leaf }
     }
 }
 
@@ -83,8 +71,8 @@ impl TreeBuilder for LbvhBuilder {
     const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let LbvhConfig { leaf_capacity, morton_bits } = self.config;
-        let keys = self.order.sort(items, morton_bits);
+        let leaf_capacity = self.leaf_capacity;
+        let keys = self.order.sort(items, self.morton_bits);
         let mut ranges = AlongCurve { items, keys, leaf_capacity, leaf: &mut self.leaf };
         build_top_down(0..keys.len(), 0, leaf_capacity, &mut ranges, &mut self.pending, tree);
     }

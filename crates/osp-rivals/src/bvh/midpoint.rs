@@ -5,61 +5,21 @@
 //! of Object Hierarchies for Ray Tracing" (1987). Difference: the centre of a polygon determines its side, so no polygon is
 //! cut or stored twice.
 
-use super::top_down::{
-    InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis, partition,
-    split_point,
-};
-use crate::{
-    flat_tree::FlatTree,
-    item::Item,
-    rebuilt::{OnUpdate, TreeBuilder},
-};
+use super::top_down::{Split, SplitInPlace, split_in_middle};
+use crate::item::Item;
 
-/// Configuration of a hierarchy halved in the middle of space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MidpointConfig {
-    /// A node with more polygons than this is split.
-    pub leaf_capacity: usize,
-}
-
-impl Default for MidpointConfig {
-    fn default() -> Self {
-        Self { leaf_capacity: LEAF_CAPACITY }
-    }
-}
-
+/// A node with more polygons than this is split.
 #[derive(Debug)]
-pub(super) struct MidpointBuilder {
-    config: MidpointConfig,
-    pending: Vec<Pending>,
-}
+pub(crate) struct Midpoint(pub(crate) usize);
 
-impl MidpointBuilder {
-    pub(super) fn new(config: MidpointConfig) -> Self {
-        Self { config, pending: Vec::new() }
-    }
-}
-
-impl TreeBuilder for MidpointBuilder {
+impl SplitInPlace for Midpoint {
     const NAME: &'static str = "bvh-midpoint";
-    const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
-    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let capacity = self.config.leaf_capacity;
-        let split = |items: &mut [Item]| {
-            if items.len() <= capacity {
-                return Split::Leaf;
-            }
-            let centers = box_of_centers(items);
-            let axis = longest_axis(&centers);
-            let at = split_point(centers.min[axis], centers.max[axis]);
-            Split::After(partition(items, |item| item.bounds.center()[axis] <= at))
-        };
-        let range = 0..items.len();
-        build_top_down(range, 0, capacity, &mut InPlace { items, split }, &mut self.pending, tree);
+    fn leaf_capacity(&self) -> usize {
+        self.0
     }
 
-    fn bytes(&self) -> usize {
-        self.pending.capacity() * size_of::<Pending>()
+    fn split(&self, items: &mut [Item]) -> Split {
+        if items.len() <= self.0 { Split::Leaf } else { split_in_middle(items) }
     }
 }

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::top_down::{LEAF_CAPACITY, Pending, Ranges, Split, build_top_down};
+use super::top_down::{NODE_COST, POLYGON_COST, Pending, Ranges, Split, build_top_down, longest_axis};
 use crate::{
     flat_tree::{FlatTree, area},
     item::Item,
@@ -15,26 +15,9 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// Configuration of a hierarchy split by the full sweep.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SweepSahConfig {
-    /// Largest number of polygons of a leaf.
-    pub leaf_capacity: usize,
-    /// Cost of visiting a node. A larger cost makes larger leaves.
-    pub node_cost: f64,
-    /// Cost of testing a polygon of a leaf. It is less than `node_cost`, because sixteen polygons are tested at once.
-    pub polygon_cost: f64,
-}
-
-impl Default for SweepSahConfig {
-    fn default() -> Self {
-        Self { leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.03 }
-    }
-}
-
 #[derive(Debug)]
-pub(super) struct SweepSahBuilder {
-    config: SweepSahConfig,
+pub(crate) struct SweepSahBuilder {
+    leaf_capacity: usize,
     /// For each axis, the numbers of the items, sorted by centre.
     orders: [Vec<u32>; 3],
     scratch: Scratch,
@@ -52,13 +35,13 @@ struct Scratch {
 }
 
 impl SweepSahBuilder {
-    pub(super) fn new(config: SweepSahConfig) -> Self {
-        Self { config, orders: Default::default(), scratch: Scratch::default(), pending: Vec::new() }
+    pub(crate) fn new(leaf_capacity: usize) -> Self {
+        Self { leaf_capacity, orders: Default::default(), scratch: Scratch::default(), pending: Vec::new() }
     }
 }
 
 struct Sweep<'a> {
-    config: SweepSahConfig,
+    leaf_capacity: usize,
     items: &'a [Item],
     orders: &'a mut [Vec<u32>; 3],
     scratch: &'a mut Scratch,
@@ -120,17 +103,13 @@ impl Ranges for Sweep<'_> {
             .iter()
             .fold(Aabb::EMPTY, |all, &i| all.union(&self.items[i as usize].bounds));
         let whole = area(&around);
-        let SweepSahConfig { leaf_capacity, node_cost, polygon_cost } = self.config;
-        let leaf_cost = polygon_cost * whole * count as f64;
-        if count <= leaf_capacity && leaf_cost <= node_cost * whole + polygon_cost * cost {
+        let leaf_cost = POLYGON_COST * whole * count as f64;
+        if count <= self.leaf_capacity && leaf_cost <= NODE_COST * whole + POLYGON_COST * cost {
             return Split::Leaf;
         }
         // Without a surface all positions cost the same, so the range is halved along an axis with some extent.
-        let (axis, first) = if whole > 0.0 && cost.is_finite() {
-            (axis, first)
-        } else {
-            (super::top_down::longest_axis(&around), count / 2)
-        };
+        let (axis, first) =
+            if whole > 0.0 && cost.is_finite() { (axis, first) } else { (longest_axis(&around), count / 2) };
         self.reorder(axis, range, first);
         Split::After(first)
     }
@@ -155,10 +134,10 @@ impl TreeBuilder for SweepSahBuilder {
         }
         self.scratch.behind.resize(items.len() + 1, 0.0);
         self.scratch.is_first.resize(items.len(), false);
-        let mut sweep =
-            Sweep { config: self.config, items, orders: &mut self.orders, scratch: &mut self.scratch };
-        let range = 0..sweep.items.len();
-        build_top_down(range, 0, self.config.leaf_capacity, &mut sweep, &mut self.pending, tree);
+        let (leaf_capacity, orders, scratch) = (self.leaf_capacity, &mut self.orders, &mut self.scratch);
+        let range = 0..items.len();
+        let mut sweep = Sweep { leaf_capacity, items, orders, scratch };
+        build_top_down(range, 0, leaf_capacity, &mut sweep, &mut self.pending, tree);
     }
 
     fn bytes(&self) -> usize {

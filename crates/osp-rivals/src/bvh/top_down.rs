@@ -3,6 +3,7 @@ use std::ops::Range;
 use crate::{
     flat_tree::{COUNTED_DEPTH, FlatTree},
     item::Item,
+    rebuilt::{OnUpdate, TreeBuilder},
 };
 use osp::math::Aabb;
 
@@ -10,6 +11,11 @@ use osp::math::Aabb;
 /// more polygons. With 10,000 to a million polygons, frustum queries get faster up to this number, and stay as fast up
 /// to 96. A tree for rays alone would have fewer.
 pub(crate) const LEAF_CAPACITY: usize = 64;
+
+/// Cost of visiting a node, for the surface area heuristic. A larger cost makes larger leaves.
+pub(crate) const NODE_COST: f64 = 1.0;
+/// Cost of testing a polygon of a leaf. It is less than [`NODE_COST`], because sixteen polygons are tested at once.
+pub(crate) const POLYGON_COST: f64 = 0.03;
 
 /// A builder's decision about a range of polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,19 +81,62 @@ pub(crate) fn build_top_down(
     }
 }
 
-/// Items that a function orders in place.
-pub(crate) struct InPlace<'a, F> {
-    pub(crate) items: &'a mut [Item],
-    pub(crate) split: F,
+/// A rule that orders and splits polygons in place.
+pub(crate) trait SplitInPlace: 'static + Send + Sync + std::fmt::Debug {
+    /// The name of the index on the command line and in tables.
+    const NAME: &'static str;
+
+    /// Largest number of polygons of a leaf.
+    fn leaf_capacity(&self) -> usize;
+
+    fn split(&self, items: &mut [Item]) -> Split;
 }
 
-impl<F: FnMut(&mut [Item]) -> Split> Ranges for InPlace<'_, F> {
+struct InPlace<'a, S> {
+    items: &'a mut [Item],
+    rule: &'a S,
+}
+
+impl<S: SplitInPlace> Ranges for InPlace<'_, S> {
     fn split(&mut self, range: Range<usize>) -> Split {
-        (self.split)(&mut self.items[range])
+        self.rule.split(&mut self.items[range])
     }
 
     fn leaf(&mut self, range: Range<usize>, depth: usize, tree: &mut FlatTree) {
         tree.leaf(depth, &self.items[range]);
+    }
+}
+
+/// Builds a hierarchy by a rule.
+#[derive(Debug)]
+pub(crate) struct InPlaceBuilder<S> {
+    rule: S,
+    pending: Vec<Pending>,
+}
+
+impl<S: SplitInPlace> InPlaceBuilder<S> {
+    pub(crate) fn new(rule: S) -> Self {
+        Self { rule, pending: Vec::new() }
+    }
+
+    /// Builds a hierarchy of `items` with its top at `depth`.
+    pub(crate) fn build_below(&mut self, items: &mut [Item], depth: usize, tree: &mut FlatTree) {
+        let range = 0..items.len();
+        let (rule, pending) = (&self.rule, &mut self.pending);
+        build_top_down(range, depth, rule.leaf_capacity(), &mut InPlace { items, rule }, pending, tree);
+    }
+}
+
+impl<S: SplitInPlace> TreeBuilder for InPlaceBuilder<S> {
+    const NAME: &'static str = S::NAME;
+    const ON_UPDATE: OnUpdate = OnUpdate::Refit;
+
+    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
+        self.build_below(items, 0, tree);
+    }
+
+    fn bytes(&self) -> usize {
+        self.pending.capacity() * size_of::<Pending>()
     }
 }
 
@@ -124,9 +173,17 @@ pub(crate) fn longest_axis(bounds: &Aabb) -> usize {
 
 /// The middle of an interval. If the interval has any length, the result is below `max`, so that some centres lie above
 /// it and some do not.
-pub(crate) fn split_point(min: f32, max: f32) -> f32 {
+fn split_point(min: f32, max: f32) -> f32 {
     let middle = min * 0.5 + max * 0.5;
     if middle < max { middle } else { min }
+}
+
+/// Halves the longest axis of the box around the centres.
+pub(crate) fn split_in_middle(items: &mut [impl Boxed]) -> Split {
+    let centers = box_of_centers(items);
+    let axis = longest_axis(&centers);
+    let at = split_point(centers.min[axis], centers.max[axis]);
+    Split::After(partition(items, |item| item.bounds().center()[axis] <= at))
 }
 
 /// Moves the items for which `is_first` returns true to the front; returns their number.

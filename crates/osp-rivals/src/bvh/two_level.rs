@@ -7,12 +7,12 @@
 //! a share of the whole, one rebuild makes all polygons static again. So queries stay close to those of a new tree, but
 //! single frames take O(n log n).
 
-use super::BinnedSahBuilder;
+use super::{BinnedSah, BinnedSahBuilder};
 use crate::{
-    SahConfig,
-    by_id::{ById, InsertedBoxes, NO_POLYGON},
+    IndexSettings,
+    by_id::{ById, InsertedBoxes},
     dynamic_bvh::BoxTree,
-    flat_tree::{FlatTree, Tightness},
+    flat_tree::FlatTree,
     item::Item,
     rebuilt::TreeBuilder,
 };
@@ -30,13 +30,11 @@ pub struct TwoLevelConfig {
     pub max_share: f32,
     /// Smallest number of polygons of the dynamic level, or of holes, for a rebuild.
     pub min_changed: usize,
-    /// Configuration of the static level.
-    pub sah: SahConfig,
 }
 
 impl Default for TwoLevelConfig {
     fn default() -> Self {
-        Self { max_share: 0.25, min_changed: 512, sah: SahConfig::default() }
+        Self { max_share: 0.25, min_changed: 512 }
     }
 }
 
@@ -72,11 +70,16 @@ pub struct BvhTwoLevel {
 impl BvhTwoLevel {
     /// An empty index.
     pub fn new(config: TwoLevelConfig, index: &IndexConfig) -> Self {
+        Self::by(IndexSettings::default().sah(), config, index)
+    }
+
+    /// An empty index whose static level is split by `sah`.
+    pub(crate) fn by(sah: BinnedSah, config: TwoLevelConfig, index: &IndexConfig) -> Self {
         let mut place = ById::new(Place::Nowhere);
         place.reserve(index.room());
         Self {
             config,
-            builder: BinnedSahBuilder::new(config.sah),
+            builder: BinnedSahBuilder::new(sah),
             inserted: InsertedBoxes::with_capacity(index.room()),
             place,
             fixed: FlatTree::default(),
@@ -195,32 +198,6 @@ impl SpatialIndex for BvhTwoLevel {
         let mut all = self.rebuilt;
         all += self.dynamic.upkeep();
         Some(all)
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        self.fixed.validate(Tightness::Loose)?;
-        self.dynamic.validate()?;
-        for (at, &id) in self.fixed.ids().iter().enumerate().filter(|(_, id)| **id != NO_POLYGON) {
-            if self.place.get(id) != Place::Static(at as u32)
-                || self.fixed.get_box(at) != self.inserted.get(id)
-            {
-                return Err(format!("polygon {} of the static level has another place or box", id.0));
-            }
-        }
-        for (leaf, id, bounds) in self.dynamic.leaves() {
-            if self.place.get(id) != Place::Dynamic(leaf) || *bounds != self.inserted.get(id) {
-                return Err(format!("polygon {} of the dynamic level has another place or box", id.0));
-            }
-        }
-        let (all, holes, dynamic) = (self.fixed.len(), self.fixed.holes(), self.dynamic.len());
-        let waiting = self.inserted.iter().filter(|(id, _)| self.place.get(*id) == Place::Waiting).count();
-        if all - holes + dynamic + waiting != self.inserted.len() {
-            return Err(format!(
-                "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} inserted",
-                self.inserted.len()
-            ));
-        }
-        Ok(())
     }
 
     fn bytes(&self) -> usize {

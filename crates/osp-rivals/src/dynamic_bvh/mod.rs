@@ -15,7 +15,6 @@
 
 mod query;
 mod tree;
-mod validate;
 
 pub(super) use tree::BoxTree;
 
@@ -100,21 +99,6 @@ impl SpatialIndex for DynamicBvh {
 
     fn upkeep(&self) -> Option<Upkeep> {
         Some(self.tree.upkeep())
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        self.tree.validate()?;
-        let mut found = 0;
-        for (leaf, id, bounds) in self.tree.leaves() {
-            if self.leaf.get(id) != leaf || self.inserted.get(id) != *bounds {
-                return Err(format!("polygon {} is at another leaf or has another box", id.0));
-            }
-            found += 1;
-        }
-        if found != self.inserted.len() {
-            return Err(format!("{found} polygons in the tree, {} inserted", self.inserted.len()));
-        }
-        Ok(())
     }
 
     fn bytes(&self) -> usize {

@@ -98,14 +98,6 @@ impl BoxTree {
         self.upkeep
     }
 
-    /// All leaves: number, polygon and box.
-    pub(crate) fn leaves(&self) -> impl Iterator<Item = (u32, PolygonId, &Aabb)> {
-        self.nodes.iter().zip(&self.links).enumerate().filter_map(|(at, (node, links))| match links.below() {
-            Below::Leaf(id) if node.polygons > 0 => Some((at as u32, id, &node.bounds)),
-            _ => None,
-        })
-    }
-
     #[inline]
     pub(super) fn node(&self, at: u32) -> &TreeNode {
         &self.nodes[at as usize]

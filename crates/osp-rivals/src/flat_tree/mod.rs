@@ -6,11 +6,8 @@
 
 mod near;
 mod ray;
-mod validate;
 mod wide;
 mod wide_node;
-
-pub(super) use validate::Tightness;
 
 use wide_node::WideNode;
 
@@ -130,11 +127,6 @@ impl FlatTree {
             }
             (self.nodes[at].bounds, self.nodes[at].polygons) = (bounds, polygons);
         }
-    }
-
-    /// Number of polygons, holes included.
-    pub(super) fn len(&self) -> usize {
-        self.lanes.len()
     }
 
     pub(super) fn holes(&self) -> usize {
@@ -279,11 +271,6 @@ impl FlatTree {
     /// Number of nodes, including leaves.
     pub(super) fn node_count(&self) -> usize {
         self.nodes.len()
-    }
-
-    /// The box of the polygon at position `at` of [`FlatTree::ids`].
-    pub(super) fn get_box(&self, at: usize) -> Aabb {
-        self.lanes.get(at)
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -63,18 +63,6 @@ impl LooseGrid {
         first_of(self.max_depth + 1)
     }
 
-    /// The cell with a number.
-    pub(super) fn cell_at(&self, number: usize) -> Cell {
-        let mut path = [0; 10];
-        let mut depth = 0;
-        let mut at = number;
-        while at > 0 {
-            path[depth] = (at as u32 - 1) % 8;
-            (at, depth) = ((at - 1) / 8, depth + 1);
-        }
-        path[..depth].iter().rev().fold(Cell::ROOT, |cell, &i| cell.child(i))
-    }
-
     /// The loose box of a cell: twice the cell's edges, around the cell's centre.
     pub(super) fn loose_box(&self, cell: &Cell) -> Aabb {
         let edge_m = self.size_m / (1u32 << cell.level) as f32;

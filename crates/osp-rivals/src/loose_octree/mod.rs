@@ -13,7 +13,6 @@
 
 mod cell;
 mod query;
-mod validate;
 
 use cell::LooseGrid;
 
@@ -34,20 +33,11 @@ const BLOCKS: usize = 2;
 /// Largest depth of a tree. A tree of this depth has 2.4 million cells and takes 19 MB.
 const MAX_MAX_DEPTH: u32 = 7;
 
-/// Configuration of a loose octree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LooseOctreeConfig {
-    /// Number of levels below the root, at most 7. With more levels, cells have fewer polygons, and queries visit more
-    /// cells. Polygons smaller than the smallest cells all lie on the last level.
-    pub max_depth: u32,
-}
-
-impl LooseOctreeConfig {
-    /// The depth at which each of the smallest cells has about 32 polygons.
-    pub fn for_capacity(polygons: usize) -> Self {
-        let cells = (polygons / 32).max(1);
-        Self { max_depth: cells.ilog2().div_ceil(3).clamp(2, MAX_MAX_DEPTH) }
-    }
+/// Number of levels below the root at which each of the smallest cells has about 32 polygons. With more levels, cells
+/// have fewer polygons, and queries visit more cells. Polygons smaller than the smallest cells lie on the last level.
+fn max_depth(polygons: usize) -> u32 {
+    let cells = (polygons / 32).max(1);
+    cells.ilog2().div_ceil(3).clamp(2, MAX_MAX_DEPTH)
 }
 
 /// The state of a cell.
@@ -77,8 +67,8 @@ pub struct LooseOctree {
 
 impl LooseOctree {
     /// An empty tree over the root of `index`.
-    pub fn new(config: LooseOctreeConfig, index: &IndexConfig) -> Self {
-        let grid = LooseGrid::new(&index.root, config.max_depth.min(MAX_MAX_DEPTH));
+    pub fn new(index: &IndexConfig) -> Self {
+        let grid = LooseGrid::new(&index.root, max_depth(index.room()));
         let mut spot = ById::new(NOWHERE);
         spot.reserve(index.room());
         Self {
@@ -89,11 +79,6 @@ impl LooseOctree {
             spot,
             upkeep: Upkeep::default(),
         }
-    }
-
-    /// Number of polygons that no cell of the tree can contain.
-    pub fn outside_root(&self) -> usize {
-        self.slots[self.outside()].polygons as usize
     }
 
     /// Index in `slots` of the list of polygons outside the tree.
@@ -183,10 +168,6 @@ impl SpatialIndex for LooseOctree {
 
     fn upkeep(&self) -> Option<Upkeep> {
         Some(self.upkeep)
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        self.check()
     }
 
     fn bytes(&self) -> usize {

@@ -153,7 +153,7 @@ impl LooseOctree {
             return;
         }
         work.nodes += 1;
-        let polygons = self.outside_root();
+        let polygons = self.slots[self.outside()].polygons as usize;
         let decision =
             visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
         if decision != Visit::Skip {

@@ -174,28 +174,6 @@ impl SpatialIndex for OctreePaper {
         Some(self.upkeep)
     }
 
-    fn validate(&self) -> Result<(), String> {
-        if self.is_due {
-            return Ok(()); // The tree belongs to the last commit, so it need not match.
-        }
-        for (i, node) in self.nodes.iter().enumerate() {
-            let fault = |what: &str| Err(format!("node {i}: {what}"));
-            if self.items[node.all()].iter().any(|item| !node.cell.contains(&item.bounds)) {
-                return fault("a polygon is not inside");
-            }
-            let below: usize = node.children().map(|child| self.nodes[child as usize].all().len()).sum();
-            if node.own().len() + below != node.all().len() {
-                return fault("polygons are missing below");
-            }
-        }
-        let is_inserted =
-            |(item, id): (&Item, &PolygonId)| item.id == *id && self.inserted.get(*id) == item.bounds;
-        match self.items.len() == self.inserted.len() && self.items.iter().zip(&self.ids).all(is_inserted) {
-            true => Ok(()),
-            false => Err("the tree has other polygons than were inserted".to_owned()),
-        }
-    }
-
     fn bytes(&self) -> usize {
         self.inserted.bytes()
             + self.nodes.capacity() * size_of::<Node>()

@@ -1,6 +1,5 @@
 use glam::Vec3;
 
-use super::state::State;
 use osp::math::Aabb;
 
 /// Default number of binary levels below the root: five full cycles, 65,535 nodes. Each further level halves the leaves and
@@ -79,15 +78,13 @@ pub(super) struct Cell {
 impl Cell {
     pub(super) const ROOT: Self = Self { k: [0; 3], level: [0; 3] };
 
-    /// Position of the plane that halves the cell across `state`'s axis.
-    pub(super) fn split(&self, grid: &OspGrid, state: State) -> f32 {
-        let axis = state.axis();
+    /// Position of the plane that halves the cell across an axis.
+    pub(super) fn split(&self, grid: &OspGrid, axis: usize) -> f32 {
         grid.border(axis, 2 * self.k[axis] + 1, self.level[axis] + 1)
     }
 
     /// One half of the cell, in front of this plane (`1`) or behind it (`0`).
-    pub(super) fn half(&self, state: State, front: u32) -> Self {
-        let axis = state.axis();
+    pub(super) fn half(&self, axis: usize, front: u32) -> Self {
         let mut half = *self;
         half.k[axis] = 2 * self.k[axis] + front;
         half.level[axis] += 1;

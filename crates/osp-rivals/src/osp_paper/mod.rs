@@ -36,8 +36,8 @@
 //!
 //! Choices that the text leaves open:
 //! * *The front side of a plane.* It is the side of growing x, y or z.
-//! * *A polygon that is not wholly inside the cube* ("a limited space"). It is stored in a separate list of length
-//!   [`OspPaper::outside_root`]. Every query tests each polygon of the list. Nothing is lost, but many such polygons
+//! * *A polygon that is not wholly inside the cube* ("a limited space"). It is stored in a separate list
+//!   ([`OspPaper::outside`]). Every query tests each polygon of the list. Nothing is lost, but many such polygons
 //!   make a linear scan.
 //! * *The shape of the nodes between two full cycles.* A node is a box with edges of one or two lengths; `Width` is the
 //!   longest.
@@ -45,15 +45,13 @@
 //! * *Whether empty nodes are visited when culling.* They are not: `IsPolygon` and `IsSubnode` mark them.
 
 mod cull;
-mod fields;
 mod grid;
 mod node;
 mod placement;
-mod state;
 mod tree;
 
-pub use fields::OspPaperNode;
 pub use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid};
+pub use node::OspNode;
 pub use placement::OspPlace;
 pub use tree::OspPaper;
 

@@ -55,7 +55,7 @@ impl OspPaper {
                 let i = nodes.len() as u32;
                 let children = (depth < grid.max_depth()).then_some((2 * i + 2, 2 * i + 1));
                 let node = OspNode::new(&grid, cell, depth, children);
-                halves.extend([0, 1].map(|front| cell.half(node.state, front)));
+                halves.extend([0, 1].map(|front| cell.half(node.axis, front)));
                 nodes.push(node);
             }
             cells = halves;
@@ -89,15 +89,22 @@ impl OspPaper {
         &self.grid
     }
 
-    /// Number of polygons that are not wholly inside the cube, so that queries test them one by one.
-    pub fn outside_root(&self) -> usize {
-        self.outside.len()
-    }
-
     /// The node of a polygon; [`None`] if the polygon is not in the tree, or outside the cube.
     pub fn place_of(&self, id: PolygonId) -> Option<OspPlace> {
         let node = self.location.get(id).node;
         (node < OUTSIDE).then(|| OspPlace::of_node(node))
+    }
+
+    /// A node by its number: 0 is the root; behind the plane of node `i` is node `2 i + 1`, in front of it `2 i + 2`. `None`
+    /// beyond the deepest level.
+    pub fn node(&self, number: usize) -> Option<&OspNode> {
+        self.nodes.get(number)
+    }
+
+    /// The polygons that are not wholly inside the cube, and their common box.
+    pub fn outside(&self) -> (&[PolygonId], Aabb) {
+        let bounds = self.outside.iter().fold(Aabb::EMPTY, |all, &id| all.union(&self.boxes.get(id)));
+        (&self.outside, bounds)
     }
 
     /// Inserts a polygon by the descent of Fig. 5, from the root.
@@ -152,52 +159,6 @@ impl OspPaper {
             at = (at - 1) / 2;
         }
     }
-
-    fn validate_node(&self, i: usize) -> Result<(), String> {
-        let node = &self.nodes[i];
-        let fault = |what: &str| Err(format!("node {i}: {what}"));
-        let bounds = node.bounds();
-        if node.depth != OspPlace::of_node(i as u32).depth || node.depth > self.grid.max_depth() {
-            return fault("wrong depth");
-        }
-        if node.is_leaf != (node.depth == self.grid.max_depth()) {
-            return fault("IsLeaf is not 'at the maximum depth'");
-        }
-        if node.is_polygon == node.tri_names.is_empty() {
-            return fault("IsPolygon does not follow the list");
-        }
-        let axis = node.state.axis();
-        if node.splitter.signed_distance(node.bounds().min) > 0.0
-            || node.splitter.signed_distance(node.bounds().max) < 0.0
-            || node.splitter.normal[axis] != 1.0
-        {
-            return fault("the plane does not cut the box");
-        }
-        if !bounds.contains(&Aabb::new(node.center, node.center)) || node.width_m > self.grid.size_m() {
-            return fault("centre or width do not belong to the box");
-        }
-        let below: u32 = if node.is_leaf {
-            0
-        } else {
-            [node.front, node.back].iter().map(|&child| self.nodes[child as usize].polygons).sum()
-        };
-        if node.is_subnode != (below > 0) || node.polygons != below + node.tri_names.len() as u32 {
-            return fault("IsSubnode or the count does not follow the children");
-        }
-        for (slot, &id) in node.tri_names.iter().enumerate() {
-            if self.location.get(id) != (Location { node: i as u32, slot: slot as u32 }) {
-                return fault("a polygon's location is wrong");
-            }
-            let own = self.boxes.get(id);
-            if own.is_empty() || !bounds.contains(&own) {
-                return fault("a polygon is not inside its node");
-            }
-            if self.grid.place(&own) != Some(OspPlace::of_node(i as u32)) {
-                return fault("a polygon is in the wrong node");
-            }
-        }
-        Ok(())
-    }
 }
 
 impl SpatialIndex for OspPaper {
@@ -241,25 +202,6 @@ impl SpatialIndex for OspPaper {
     /// The cells are fixed, so only insertions count.
     fn upkeep(&self) -> Option<Upkeep> {
         Some(Upkeep { inserted: self.insertions.polygons, ..Upkeep::default() })
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        (0..self.nodes.len()).try_for_each(|i| self.validate_node(i))?;
-        for (slot, &id) in self.outside.iter().enumerate() {
-            if self.location.get(id) != (Location { node: OUTSIDE, slot: slot as u32 })
-                || self.grid.place(&self.boxes.get(id)).is_some()
-            {
-                return Err(format!(
-                    "polygon {} in the list of polygons outside the cube does not belong there",
-                    id.0
-                ));
-            }
-        }
-        let inserted = self.nodes[0].polygons as usize + self.outside.len();
-        if inserted != self.len() || self.boxes.iter().count() != inserted {
-            return Err(format!("{inserted} polygons inserted, {} counted", self.len()));
-        }
-        Ok(())
     }
 
     fn bytes(&self) -> usize {

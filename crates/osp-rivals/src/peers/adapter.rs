@@ -109,11 +109,6 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
         work
     }
 
-    /// Nothing is checked, because the invariants of another crate are not known.
-    fn validate(&self) -> Result<(), String> {
-        Ok(())
-    }
-
     fn bytes(&self) -> usize {
         self.tree.bytes()
     }

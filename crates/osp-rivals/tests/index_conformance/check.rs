@@ -31,6 +31,8 @@ struct Recorder<'a> {
     boxes: &'a Boxes,
     found: Vec<PolygonId>,
     last_asked: Option<(Aabb, usize, Visit)>,
+    /// Depths and boxes of the nodes above.
+    above: Vec<(u32, Aabb)>,
     /// Number of polygons received since the last node.
     since: usize,
     skipped: bool,
@@ -53,6 +55,10 @@ impl Visitor for Recorder<'_> {
             "the containment is not that of the bounds",
         );
         self.expect(node.polygons > 0, "asked about an empty node");
+        self.above.retain(|(depth, _)| *depth < node.depth);
+        let is_within = self.above.last().is_none_or(|(_, parent)| parent.contains(node.bounds));
+        self.expect(is_within, "a node sticks out of the node above");
+        self.above.push((node.depth, *node.bounds));
         let answer = match self.policy {
             Policy::DescendAlways => Visit::Descend,
             Policy::TakeFrom(depth) if node.depth >= depth => Visit::Take,
@@ -127,6 +133,7 @@ pub(crate) fn check_frusta(index: &dyn SpatialIndex, boxes: &Boxes, frusta: &[Fr
                 boxes,
                 found: Vec::new(),
                 last_asked: None,
+                above: Vec::new(),
                 since: 0,
                 skipped: false,
                 faults: Vec::new(),

@@ -14,8 +14,8 @@ mod subjects;
 
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexError},
-    math::{Aabb, Ray},
+    index::{IndexConfig, IndexError, Node, Visit, Visitor},
+    math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
 };
 use osp_rivals::IndexKind;
@@ -66,6 +66,64 @@ fn large_models_are_answered_as_well() {
         if subject.name.starts_with("osp") && !subject.name.contains("paper") {
             changes::change(subject, &drawn, &config, 11, 60);
         }
+    }
+}
+
+/// Compares the box of each node with the boxes of the polygons below.
+struct Tight<'a> {
+    boxes: &'a check::Boxes,
+    /// Depths of the nodes above, their boxes, and the boxes around the polygons found so far.
+    above: Vec<(u32, Aabb, Aabb)>,
+    nodes: usize,
+}
+
+impl Tight<'_> {
+    fn close(&mut self, depth: u32) {
+        while let Some((_, said, found)) = self.above.pop_if(|node| node.0 >= depth) {
+            assert_eq!(said, found, "a node at depth {depth} or below");
+            if let Some((.., around)) = self.above.last_mut() {
+                *around = around.union(&found);
+            }
+        }
+    }
+}
+
+impl Visitor for Tight<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        self.close(node.depth);
+        self.above.push((node.depth, *node.bounds, Aabb::EMPTY));
+        self.nodes += 1;
+        Visit::Descend
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], _: Visit) {
+        let (.., around) = self.above.last_mut().expect("a node comes first");
+        *around = ids.iter().fold(*around, |all, id| all.union(&self.boxes[id]));
+    }
+}
+
+/// Loose boxes would make queries slower, not wrong. Left out are trees of cells, of boxes that may be loose, and of copies.
+#[test]
+fn boxes_stay_tight_as_polygons_move_and_go() {
+    let left_out =
+        ["osp", "osp-paper", "octree-paper", "octree-every-child", "loose-octree", "bvh-two-level"];
+    for &kind in IndexKind::ALL.iter().filter(|kind| !left_out.contains(&kind.name())) {
+        let mut index = kind.create(&IndexConfig::default());
+        let mut boxes: check::Boxes = (0..).map(PolygonId).zip(scattered(3000, &root(), 0.05, 9)).collect();
+        boxes.iter().for_each(|(id, bounds)| index.insert(*id, bounds).expect("a new box"));
+        index.commit();
+        for (id, bounds) in boxes.iter_mut().filter(|(id, _)| id.0 % 5 == 0) {
+            *bounds = Aabb::new(bounds.min * 0.9, bounds.min * 0.9 + 0.01);
+            index.update(*id, bounds).expect("it is inserted");
+        }
+        for (id, _) in boxes.extract_if(.., |id, _| id.0 % 7 == 0) {
+            index.remove(id).expect("it is inserted");
+        }
+        index.commit();
+        let mut tight = Tight { boxes: &boxes, above: Vec::new(), nodes: 0 };
+        index.traverse(&Frustum::everything(), &mut tight);
+        tight.close(0);
+        assert!(tight.nodes > 0, "{}", kind.name());
     }
 }
 
@@ -123,7 +181,6 @@ fn ids_beyond_the_limit_are_refused_and_cost_nothing() {
         let last = PolygonId(PolygonId::LIMIT - 1);
         index.insert(last, &bounds).expect("it is below the limit");
         index.commit();
-        index.validate().expect(name);
         let mut found = Vec::new();
         index.box_query(&bounds, &mut found);
         assert_eq!(found, [last], "{name}");

@@ -44,20 +44,3 @@ fn a_setting_changes_the_work_of_the_kinds_that_it_concerns() {
         }
     }
 }
-
-#[test]
-fn levels_and_leaves_have_numbers_in_the_indexes_that_have_these_settings() {
-    let (usual, chosen) = (
-        IndexSettings::default(),
-        IndexSettings { max_depth: Some(3), leaf_capacity: Some(7), ..IndexSettings::default() },
-    );
-    for &kind in IndexKind::ALL {
-        let (deep, full) = (kind.has(IndexSetting::MaxDepth), kind.has(IndexSetting::LeafCapacity));
-        let leaf = if kind == IndexKind::OctreePaper { 16 } else { 64 };
-        let depth = if kind == IndexKind::OctreePaper { 10 } else { 15 };
-        assert_eq!(kind.leaf_capacity(&usual), full.then_some(leaf), "{}", kind.name());
-        assert_eq!(kind.max_depth(&usual), deep.then_some(depth), "{}", kind.name());
-        assert_eq!(kind.leaf_capacity(&chosen), full.then_some(7), "{}", kind.name());
-        assert_eq!(kind.max_depth(&chosen), deep.then_some(3), "{}", kind.name());
-    }
-}

@@ -2,11 +2,8 @@
 
 use osp::index::{Backend, IndexConfig, Osp, SpatialIndex};
 use osp_rivals::{
-    Bsp, BspConfig, BvhTwoLevel, CutNodes, HlbvhConfig, IndexKind, IndexSetting, IndexSettings, KdTreeConfig,
-    LbvhConfig, LooseOctree, LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeBvhConfig, OctreeConfig,
-    OctreePaper, OctreePaperConfig, OspGrid, OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig,
-    TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_bvh,
-    octree_every_child, octree_rebuild, quadtree,
+    Bsp, BspConfig, BvhTwoLevel, CutNodes, IndexKind, IndexSetting, IndexSettings, OctreePaper,
+    OctreePaperConfig, OspGrid, OspPaper, TwoLevelConfig,
 };
 
 type Make = Box<dyn Fn(&IndexConfig) -> Box<dyn SpatialIndex>>;
@@ -22,7 +19,6 @@ pub(crate) fn subjects() -> Vec<Subject> {
         .map(|&kind| Subject { name: kind.name(), make: Box::new(move |config| kind.create(config)) })
         .collect();
     let mut add = |name, make: Make| subjects.push(Subject { name, make });
-    let sah = SahConfig { leaf_capacity: 2, buckets: 3, ..SahConfig::default() };
     add("osp, no linear form", Box::new(|config| Box::new(Osp::new(config).with_linear_blocks(0))));
     add("osp, 4 blocks linear", Box::new(|config| Box::new(Osp::new(config).with_linear_blocks(4))));
     add(
@@ -39,59 +35,11 @@ pub(crate) fn subjects() -> Vec<Subject> {
         }),
     );
     add(
-        "octree-rebuild, leaf 1",
-        Box::new(|config| octree_rebuild(&OctreeConfig { leaf_capacity: 1, max_depth: 200 }, config)),
-    );
-    add(
-        "octree-every-child, leaf 1",
-        Box::new(|config| octree_every_child(&OctreeConfig { leaf_capacity: 1, max_depth: 200 }, config)),
-    );
-    add(
-        "octree-bvh, cells of 8",
-        Box::new(move |config| {
-            octree_bvh(&OctreeBvhConfig { cell_capacity: 8, max_depth: 200, sah }, config)
-        }),
-    );
-    add(
-        "bvh-midpoint, leaf 1",
-        Box::new(|config| bvh_midpoint(&MidpointConfig { leaf_capacity: 1 }, config)),
-    );
-    add("bvh-median, leaf 1", Box::new(|config| bvh_median(&MedianConfig { leaf_capacity: 1 }, config)));
-    add("bvh-sah, leaf 2", Box::new(move |config| bvh_sah(&sah, config)));
-    add(
-        "bvh-sah-sweep, leaf 2",
-        Box::new(|config| {
-            bvh_sah_sweep(&SweepSahConfig { leaf_capacity: 2, ..SweepSahConfig::default() }, config)
-        }),
-    );
-    add(
-        "lbvh, leaf 1",
-        Box::new(|config| lbvh(&LbvhConfig { leaf_capacity: 1, ..LbvhConfig::default() }, config)),
-    );
-    add(
-        "hlbvh, leaf 2",
-        Box::new(move |config| {
-            hlbvh(&HlbvhConfig { treelet_bits: 6, sah, ..HlbvhConfig::default() }, config)
-        }),
-    );
-    add(
         "bvh-two-level, often one",
         Box::new(move |config| {
-            let two = TwoLevelConfig { max_share: 0.3, min_changed: 4, sah };
+            let two = TwoLevelConfig { max_share: 0.3, min_changed: 4 };
             Box::new(BvhTwoLevel::new(two, config))
         }),
-    );
-    add(
-        "loose-octree, 2 levels",
-        Box::new(|config| Box::new(LooseOctree::new(LooseOctreeConfig { max_depth: 2 }, config))),
-    );
-    add(
-        "kd-tree, leaf 4",
-        Box::new(|config| kd_tree(&KdTreeConfig { leaf_capacity: 4, max_share: 0.6 }, config)),
-    );
-    add(
-        "quadtree, leaf 4",
-        Box::new(|config| quadtree(&QuadtreeConfig { leaf_capacity: 4, max_depth: 9 }, config)),
     );
     add(
         "bsp, few pieces",

@@ -63,7 +63,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, views: &[View], factor: f32, dep
         .value("edge", "m", f64::from(cube_m))
         .value("nodes", "", f64::from((2_u32 << depth) - 1))
         .value("planes", "1/polygon", insertions.planes as f64 / insertions.polygons.max(1) as f64)
-        .value("outside", "polygons", tree.outside_root() as f64)
+        .value("outside", "polygons", tree.outside().0.len() as f64)
         .value("boxes", "1/frame", mean(work.boxes, views.len()))
         .median("cull", "us", us)
         .value("drawn", "polygons", mean(work.reported, views.len()))

@@ -1,28 +1,23 @@
+//! The octree that the paper compares its tree with, in its best form. It is built from scratch after every change: "the
+//! octree is rebuilt under optimal conditions each time a new model comes" (section 4.3).
+//!
+//! Source: Donald Meagher, "Geometric Modeling Using Octree Encoding" (1982), in the best known form for culling boxes.
+//! A polygon lies in the leaf that contains its centre, and every node has the tight box around all polygons below. The
+//! cells follow the polygons: a node is cut at the middle of the box around its polygons' centres. So a far outlier
+//! costs one level, not a linear scan. All nodes lie in flat arrays in depth-first order.
+
 use glam::Vec3;
 
-use crate::{
-    flat_tree::{FlatTree, MAX_DEPTH},
+use super::{
+    flat_tree::FlatTree,
     item::Item,
     rebuilt::{OnUpdate, TreeBuilder},
 };
 use osp::math::Aabb;
 
-/// Configuration of an octree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OctreeConfig {
-    /// A node with more polygons than this is split. A larger capacity makes quicker builds, and queries test more
-    /// polygons. Sixteen polygons are tested at once; queries get faster up to a capacity of 64.
-    pub leaf_capacity: usize,
-    /// The deepest level, at most 96. Nodes on this level are leaves of any size. Only polygons whose positions form a
-    /// geometric series reach this level, because cells halve at every level.
-    pub max_depth: usize,
-}
-
-impl Default for OctreeConfig {
-    fn default() -> Self {
-        Self { leaf_capacity: 64, max_depth: 48 }
-    }
-}
+/// The deepest level of an octree. Nodes on this level are leaves of any size. Only polygons whose positions form a
+/// geometric series reach this level, because cells halve at every level.
+pub(super) const DEEPEST: usize = 48;
 
 /// The element that a build moves: 16 bytes instead of the whole item.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +40,9 @@ struct Pending {
 /// orders them. O(n log n). The order is stable, so polygons keep their order of arrival.
 #[derive(Debug)]
 pub(crate) struct OctreeBuilder {
-    config: OctreeConfig,
+    /// A node with more polygons than this is split.
+    leaf_capacity: usize,
+    max_depth: usize,
     seeds: Vec<Seed>,
     sorted: Vec<Seed>,
     octants: Vec<u8>,
@@ -54,9 +51,10 @@ pub(crate) struct OctreeBuilder {
 }
 
 impl OctreeBuilder {
-    pub(crate) fn new(config: OctreeConfig) -> Self {
+    pub(crate) fn new(leaf_capacity: usize, max_depth: usize) -> Self {
         Self {
-            config: OctreeConfig { max_depth: config.max_depth.min(MAX_DEPTH), ..config },
+            leaf_capacity,
+            max_depth,
             seeds: Vec::new(),
             sorted: Vec::new(),
             octants: Vec::new(),
@@ -90,10 +88,7 @@ impl OctreeBuilder {
         while let Some(node) = self.pending.pop() {
             let count = (node.end - node.start) as usize;
             let in_one_place = node.centers.min == node.centers.max;
-            if count > self.config.leaf_capacity
-                && (node.depth as usize) < self.config.max_depth
-                && !in_one_place
-            {
+            if count > self.leaf_capacity && (node.depth as usize) < self.max_depth && !in_one_place {
                 tree.inner(node.depth as usize);
                 self.split(&node);
             } else {
