@@ -14,8 +14,7 @@ use glam::Vec3;
 use indicatif::HumanBytes;
 
 use super::{
-    outcome::Outcome,
-    output::{one_line, print_result},
+    output::{Outcome, one_line, print_result},
     outputs::ForceArgs,
     progress,
     reading::ReadArgs,

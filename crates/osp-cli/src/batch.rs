@@ -17,8 +17,7 @@ use std::{
 use anyhow::{Context, bail};
 
 use super::{
-    outcome::Outcome,
-    output::{print_result, warn},
+    output::{Outcome, print_result, warn},
     progress,
     verify_all::{Part, sessions},
 };

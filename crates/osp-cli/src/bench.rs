@@ -8,8 +8,7 @@ use indicatif::ProgressBar;
 use super::{
     bench_args::BenchArgs,
     bench_paper,
-    outcome::Outcome,
-    output::{file_name, one_line, print_result},
+    output::{Outcome, file_name, one_line, print_result},
     progress,
     read_session::{Keep, ReadSession},
 };
@@ -106,7 +105,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         output.write(bench::page(&report).as_bytes())?;
     }
     let text = match (&args.html, args.all) {
-        _ if args.json => report.to_json(),
+        _ if args.json => serde_json::to_string(&report)?,
         (_, true) => report.to_text(Length::All),
         (None, false) => report.to_text(Length::Short),
         (Some(page), false) => {

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use super::{numbers, occlusion_test_args::TestArgs};
+use super::{numbers, structure_args::TestArgs};
 use osp::occlusion::SelectConfig;
 use osp_rivals::MAX_MAX_DEPTH;
 

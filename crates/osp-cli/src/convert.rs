@@ -9,7 +9,7 @@ use super::{
     batch::{Batch, Job, every_core},
     export::{Model, StaticArgs, write_model},
     import,
-    outcome::Outcome,
+    output::Outcome,
     outputs::{ForceArgs, Output, Outputs},
     played::FrameArgs,
     reading::ReadArgs,

@@ -1,11 +1,10 @@
 //! `osp draw-index`: a picture of an index's structure.
 
-use anyhow::{anyhow, ensure};
+use anyhow::ensure;
 
 use super::{
-    draw_index_args::{Colors, DrawIndexArgs, Shown, SideArg},
-    outcome::Outcome,
-    output::{file_name, one_line, print_result, warn},
+    draw_args::{Colors, DrawIndexArgs, Shown, SideArg},
+    output::{Outcome, file_name, one_line, print_result, warn},
     outputs::ending,
     played::Played,
     query::ray_of,
@@ -117,7 +116,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         let ray = ray.map(|ray| (ray, hit(&ray)));
         let picture =
             StructurePicture { panels: &panels, view, scene: &scene, colors, ray, named: args.names };
-        picture.write(output.path()).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
+        picture.write(output.path())?;
     }
     for (panel, index) in panels.iter().zip(&args.index) {
         let nodes = &panel.structure.nodes;

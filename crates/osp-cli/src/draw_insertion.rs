@@ -6,10 +6,9 @@ use anyhow::{Context, anyhow, ensure};
 use indicatif::HumanBytes;
 
 use super::{
-    draw_insertion_args::DrawInsertionArgs,
+    draw_args::DrawInsertionArgs,
     gif_file::GifFile,
-    outcome::Outcome,
-    output::{file_name, one_line, print_result},
+    output::{Outcome, file_name, one_line, print_result},
     played::Played,
 };
 use osp_lab::report::{InsertionFilm, thousands};

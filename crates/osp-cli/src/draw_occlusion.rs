@@ -3,11 +3,9 @@
 use anyhow::{Context, anyhow, ensure};
 
 use super::{
-    draw_index_args::SideArg,
-    draw_occlusion_args::{DrawOcclusionArgs, Form},
+    draw_args::{DrawOcclusionArgs, Form, SideArg},
     gif_file::GifFile,
-    outcome::Outcome,
-    output::{file_name, one_line, print_result, warn},
+    output::{Outcome, file_name, one_line, print_result, warn},
     outputs::{Output, ending},
     played::Played,
     progress,
@@ -68,7 +66,6 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         side,
     };
     let whole = picture(usize::MAX);
-    let failed = |error: Box<dyn std::error::Error>| anyhow!("{}: {error}", output.path().display());
     match ending {
         "gif" => film(&output, most_planes(&trees), args.every.unwrap_or(1) as usize, &picture)?,
         "dot" => {
@@ -78,7 +75,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         }
         _ => {
             output.check()?;
-            whole.write(output.path()).map_err(failed)?;
+            whole.write(output.path())?;
         }
     }
     if look.occluders().is_empty() {

@@ -9,8 +9,7 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 
 use super::{
-    outcome::Outcome,
-    output::{one_line, print_result, warn},
+    output::{Outcome, one_line, print_result, warn},
     outputs::{ForceArgs, Output},
     played::{FrameArgs, Played},
 };

@@ -9,13 +9,12 @@ use glam::{Quat, Vec3};
 use indicatif::HumanBytes;
 
 use super::{
-    film_args::FilmArgs,
     film_file::{FilmFile, FilmFormat, Times},
-    outcome::Outcome,
-    output::{one_line, print_result, warn},
+    output::{Outcome, one_line, print_result, warn},
     parsers::Size,
     progress,
     read_session::{Keep, ReadSession},
+    render_args::FilmArgs,
 };
 use osp::{
     math::{Aabb, rotate},

@@ -1,20 +1,21 @@
 //! `osp import`: writes a session of any format as a recording.
 
-use std::path::PathBuf;
+use std::{io, path::PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
 
 use super::{
-    new_recording::NewRecording,
-    outcome::Outcome,
-    output::{one_line, print_result, warn},
+    output::{Outcome, one_line, print_result, warn},
     outputs::{ForceArgs, Output},
     reading::ReadArgs,
     session::OpenSession,
 };
 use osp_lab::report::thousands;
-use osp_session::recording::{Event, RecordingError};
+use osp_session::{
+    atomic_file::AtomicFile,
+    recording::{Event, Flush, Header, RecordingError, RecordingFile, RonWriter},
+};
 
 /// Endings of a recording's name.
 pub(super) const RECORDING: &[&str] = &[".ron", ".ron.zst"];
@@ -126,4 +127,51 @@ pub(super) fn convert(
 pub(super) fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
     let hint = if lenient { "" } else { " (--lenient keeps what can be read)" };
     anyhow!("{error}; nothing was written{hint}")
+}
+
+/// A recording that a command writes. The file appears under its name only when it is complete.
+pub(super) struct NewRecording {
+    // Rust drops fields in this order, so the writer closes before the file gets its name or is removed.
+    writer: RonWriter<RecordingFile>,
+    file: AtomicFile,
+    output: Output,
+    /// Whether the reader of the pipe has closed it, which is no error.
+    nobody_reads: bool,
+}
+
+impl NewRecording {
+    /// Creates a temporary file in the folder of the output.
+    pub(super) fn create(output: Output, header: &Header) -> anyhow::Result<Self> {
+        let path = output.path();
+        let mut file = output.create()?;
+        let under = file.handle().and_then(|handle| RecordingFile::over(handle, path));
+        let under = under.map_err(|error| RecordingError::io(path, error))?;
+        let writer = RonWriter::new(under, path, header, Flush::AtEnd)?;
+        Ok(Self { writer, file, output, nobody_reads: false })
+    }
+
+    /// Appends an event.
+    pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
+        if !self.nobody_reads {
+            self.nobody_reads = !is_read(self.writer.write(event))?;
+        }
+        Ok(())
+    }
+
+    /// Gives the recording its name. Returns its size in bytes if it is a file.
+    pub(super) fn finish(self) -> anyhow::Result<Option<u64>> {
+        if !self.nobody_reads {
+            is_read(self.writer.finish())?;
+        }
+        self.output.commit(self.file)
+    }
+}
+
+/// Whether the output still has a reader.
+fn is_read(written: Result<(), RecordingError>) -> Result<bool, RecordingError> {
+    match written {
+        Ok(()) => Ok(true),
+        Err(RecordingError::Io { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(error),
+    }
 }

@@ -9,9 +9,7 @@ use super::{
     author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
     cost::Cost,
-    outcome::Outcome,
-    output::{one_line, print_result},
-    polygon_tally::PolygonTally,
+    output::{Outcome, one_line, print_result},
     read_session::{Keep, ReadSession},
     reading::ReadArgs,
     session::OpenSession,
@@ -21,7 +19,7 @@ use osp_lab::report::thousands;
 use osp_session::{
     recording::{Environment, Event, Header, Layer, Pace},
     replay::{Summary, still_view},
-    scene::GroupNode,
+    scene::{GroupNode, Scene},
 };
 
 /// Print the contents of a session.
@@ -410,4 +408,31 @@ fn light(environment: &Environment) -> String {
     let lit = environment.lights.iter().filter(|(_, color)| *color != glam::Vec3::ZERO);
     parts.extend(lit.map(|&(_, light)| format!("light {}", color(light))));
     parts.join(", ")
+}
+
+/// The polygons of the strokes that are not erased.
+#[derive(Clone, Copy, Debug, Default)]
+struct PolygonTally {
+    /// Visible polygons with an area.
+    drawn: u64,
+    /// Polygons with an area in hidden layers.
+    hidden: u64,
+    /// Visible polygons without an area.
+    without_area: u64,
+}
+
+impl PolygonTally {
+    fn of(scene: &Scene) -> Self {
+        let mut tally = Self::default();
+        for stroke in scene.strokes().iter().filter(|stroke| !stroke.is_taken_away()) {
+            for id in stroke.polygon_ids() {
+                match (stroke.is_visible(), scene.has_area(id)) {
+                    (true, true) => tally.drawn += 1,
+                    (true, false) => tally.without_area += 1,
+                    (false, has_area) => tally.hidden += u64::from(has_area),
+                }
+            }
+        }
+        tally
+    }
 }

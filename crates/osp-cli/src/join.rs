@@ -19,8 +19,7 @@ use super::{
     join_player::{self, Playing},
     join_recording::SharedRecording,
     join_report::Report,
-    outcome::Outcome,
-    output::{keep_standard_output_for_a_file, one_line, print_result, warn},
+    output::{Outcome, keep_standard_output_for_a_file, one_line, print_result, warn},
     shared,
 };
 use osp_lab::report::thousands;

@@ -1,16 +1,11 @@
-//! The arguments of `osp join`.
+//! The arguments of `osp join`, and of every member of a shared session: server and name.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{
-    numbers,
-    outputs::ForceArgs,
-    reading::ReadArgs,
-    shared_args::{self, ServerArgs},
-};
-use osp_session::recording::Pace;
+use super::{numbers, outputs::ForceArgs, reading::ReadArgs};
+use osp_session::recording::{Author, Pace};
 
 /// Take part in a shared session without a window.
 ///
@@ -47,7 +42,7 @@ pub(super) struct JoinArgs {
     #[arg(long)]
     pub(super) watch: bool,
     /// Name of this member, which the other members see.
-    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
+    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = name)]
     pub(super) name: String,
     /// Send the events of this session, with this member as their author, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
@@ -79,4 +74,27 @@ pub(super) struct JoinArgs {
     pub(super) json: bool,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
+}
+
+/// Address of a server, and access to it.
+#[derive(Args, Debug)]
+pub(super) struct ServerArgs {
+    /// A file of one line with the credentials for the server: a token or USER:PASSWORD.
+    #[arg(long, value_name = "FILE")]
+    pub(super) credentials: Option<PathBuf>,
+    /// Certificates (PEM) of authorities to trust in addition to those of the system.
+    #[arg(long, value_name = "FILE")]
+    pub(super) tls_ca: Option<PathBuf>,
+    /// Allow an unencrypted connection to another machine. Everybody between the two machines can then read and change
+    /// the drawing.
+    #[arg(long)]
+    pub(super) unencrypted: bool,
+}
+
+/// Parses the name of an author.
+pub(super) fn name(text: &str) -> Result<String, String> {
+    match text.len() <= Author::MAX_NAME_BYTES {
+        true => Ok(text.to_owned()),
+        false => Err(format!("expected a name of at most {} bytes", Author::MAX_NAME_BYTES)),
+    }
 }

@@ -9,22 +9,18 @@ mod author_rows;
 mod batch;
 mod brush_rows;
 mod built;
-mod index_settings_args;
-mod new_recording;
 mod numbers;
-mod occlusion_test_args;
-mod outcome;
 mod output;
 mod outputs;
 mod parsers;
 mod pick;
 mod played;
-mod polygon_tally;
 mod progress;
 mod query;
 mod ray_search;
 mod reading;
 mod session;
+mod structure_args;
 mod version;
 
 mod bake;
@@ -36,31 +32,23 @@ mod bench_args;
 mod bench_paper;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod bench_paper_args;
-mod completions;
 mod convert;
 mod cost;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of commands that this build lacks"))]
+mod draw_args;
 #[cfg(feature = "bench")]
 mod draw_index;
-#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod draw_index_args;
 #[cfg(feature = "bench")]
 mod draw_insertion;
-#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod draw_insertion_args;
 #[cfg(feature = "bench")]
 mod draw_occlusion;
-#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod draw_occlusion_args;
 #[cfg(feature = "render")]
 mod drawing;
 mod export;
 #[cfg(feature = "render")]
 mod film;
-#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod film_args;
 #[cfg(feature = "render")]
 mod film_file;
-mod frame_choice;
 #[cfg(any(feature = "bench", feature = "render"))]
 mod gif_file;
 mod import;
@@ -79,10 +67,6 @@ mod join_report;
 mod mp4_file;
 #[cfg(feature = "bench")]
 mod race;
-#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod race_args;
-#[cfg(feature = "bench")]
-mod race_film;
 #[cfg(feature = "bench")]
 mod race_view;
 mod read_session;
@@ -103,12 +87,8 @@ mod rig;
 mod rig_args;
 #[cfg(feature = "window")]
 mod send;
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod send_args;
 #[cfg(feature = "live")]
 mod shared;
-#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of commands that this build lacks"))]
-mod shared_args;
 #[cfg(feature = "window")]
 mod sketch;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -119,12 +99,8 @@ mod study_lines;
 mod synth;
 #[cfg(feature = "render")]
 mod thumbs;
-#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod thumbs_args;
 #[cfg(feature = "window")]
 mod tracker;
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of commands that this build lacks"))]
-mod tracker_args;
 mod verify;
 mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
@@ -132,7 +108,7 @@ mod verify_drawn;
 mod verify_method;
 
 pub use allocations::CountingAllocator;
-use outcome::Outcome;
+use output::Outcome;
 
 use std::{
     error::Error,
@@ -143,7 +119,7 @@ use std::{
 };
 
 use clap::{
-    CommandFactory, FromArgMatches, Parser, Subcommand,
+    Args, CommandFactory, FromArgMatches, Parser, Subcommand,
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
@@ -185,28 +161,46 @@ Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 enum Command {
     Sketch(Box<sketch_args::SketchArgs>),
     Render(Box<render_args::RenderArgs>),
-    Film(film_args::FilmArgs),
+    Film(render_args::FilmArgs),
     Export(export::ExportArgs),
     Convert(convert::ConvertArgs),
     Info(info::InfoArgs),
     Import(import::ImportArgs),
-    Thumbs(thumbs_args::ThumbsArgs),
+    Thumbs(render_args::ThumbsArgs),
     Replay(Box<replay::ReplayArgs>),
-    Race(race_args::RaceArgs),
+    Race(bench_args::RaceArgs),
     Bench(bench_args::BenchArgs),
     Verify(verify::VerifyArgs),
     Study(study::StudyArgs),
     Query(query::QueryArgs),
     Pick(pick::PickArgs),
     Synth(synth::SynthArgs),
-    DrawIndex(draw_index_args::DrawIndexArgs),
-    DrawInsertion(draw_insertion_args::DrawInsertionArgs),
-    DrawOcclusion(draw_occlusion_args::DrawOcclusionArgs),
+    DrawIndex(draw_args::DrawIndexArgs),
+    DrawInsertion(draw_args::DrawInsertionArgs),
+    DrawOcclusion(draw_args::DrawOcclusionArgs),
     Bake(bake::BakeArgs),
     Join(Box<join_args::JoinArgs>),
     Rig(rig::RigCommand),
-    Send(send_args::SendArgs),
-    Completions(completions::CompletionsArgs),
+    Send(sketch_args::SendArgs),
+    Completions(CompletionsArgs),
+}
+
+/// Print a completion script for a shell.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp completions bash > ~/.local/share/bash-completion/completions/osp
+  osp completions zsh > ~/.zfunc/_osp
+  osp completions fish > ~/.config/fish/completions/osp.fish")]
+struct CompletionsArgs {
+    /// The shell.
+    shell: clap_complete::Shell,
+}
+
+fn complete(args: &CompletionsArgs) -> anyhow::Result<Outcome> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "osp", &mut script);
+    output::print_result(String::from_utf8(script)?.trim_end())?;
+    Ok(Outcome::Done)
 }
 
 /// Runs a command that needs a feature. A build without the feature has already refused the command.
@@ -245,7 +239,7 @@ impl Command {
             Self::Film(args) => of_feature!("render", film::run, args),
             Self::Thumbs(args) => of_feature!("render", thumbs::run, args),
             Self::Verify(args) => verify::run(args),
-            Self::Completions(args) => completions::run(args, Cli::command()),
+            Self::Completions(args) => complete(args),
             Self::Rig(args) => rig::run(args),
             Self::Join(args) => of_feature!("live", join::run, args),
             Self::Sketch(args) => of_feature!("window", sketch::run, args),

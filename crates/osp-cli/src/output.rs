@@ -14,6 +14,13 @@ use super::progress;
 pub(super) use osp_lab::report::one_line;
 use osp_lab::report::printable;
 
+/// The result of a command that ended without an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    Done,
+    CheckFailed,
+}
+
 /// Whether an output file is written to standard output, so that results must not go there.
 static HOLDS_A_FILE: AtomicBool = AtomicBool::new(false);
 

@@ -7,8 +7,7 @@ use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use super::{
-    outcome::Outcome,
-    output::print_result,
+    output::{Outcome, print_result},
     parsers::camera_parser,
     played::{IndexedFrameArgs, Played},
     query::Work,

@@ -9,8 +9,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::{
-    outcome::Outcome,
-    output::print_result,
+    output::{Outcome, print_result},
     played::{IndexedFrameArgs, Played},
     ray_search::{self, RaySearch, RaySearchArgs},
 };

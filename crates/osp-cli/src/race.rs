@@ -1,24 +1,34 @@
 //! `osp race`: runs structures on one session in turns, frame by frame.
 
+use std::io;
+
+use anyhow::Context;
+
 use super::{
     bench::command,
-    outcome::Outcome,
-    output::{file_name, print_result, warn},
+    bench_args::RaceArgs,
+    gif_file::GifFile,
+    output::{Outcome, file_name, print_result, warn},
     outputs::Output,
-    race_args::RaceArgs,
-    race_film,
+    progress,
     race_view::RaceView,
     read_session::{Keep, ReadSession},
     version,
 };
+use osp::view::View;
 use osp_lab::{
     Machine,
-    bench::{RaceError, RaceFilm, RaceInput, RaceReport, race},
+    bench::{FilmError, Race, RaceError, RaceFilm, RaceInput, RaceReport, race},
 };
 use osp_session::{
-    recording::{SynthKind, synthesize},
+    recording::{Event, RecordingError, SynthKind, synthesize},
     replay::{CameraPath, main_bounds, whole_view},
 };
+
+/// Duration of a film without the pause at its end, hundredths of a second.
+const GROWING: usize = 1300;
+/// Duration of the pause at the end of a film, hundredths of a second.
+const END: u16 = 300;
 
 pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     args.check()?;
@@ -49,7 +59,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     if let Some(output) = csv {
         output.write(report.rows.to_csv().as_bytes())?;
     }
-    print_result(&if args.json { report.to_json() } else { report.to_text() })?;
+    print_result(&if args.json { serde_json::to_string(&report)? } else { report.to_text() })?;
     Ok(Outcome::Done)
 }
 
@@ -88,7 +98,36 @@ fn race_on(
     }
     view.finish();
     if let Some(output) = film {
-        race_film::write(&output, &race, whole, session.events())?;
+        write_film(&output, &race, whole, session.events())?;
     }
     Ok(RaceReport::new(&race, Machine::here(version::COMMIT), command()))
+}
+
+/// Writes the film of a race. It plays `events` and shows the model in `view`.
+fn write_film(
+    output: &Output,
+    race: &Race,
+    view: View,
+    events: impl Iterator<Item = Result<Event, RecordingError>>,
+) -> anyhow::Result<()> {
+    let film = RaceFilm::new(race, &Machine::here(version::COMMIT));
+    let name = || output.path().display().to_string();
+    anyhow::ensure!(film.frames() > 0, "{}: there is no frame to draw", name());
+    let delay = (GROWING / film.frames()) as u16;
+    let mut file = GifFile::begin(output.create()?, film.size()).with_context(name)?;
+    let progress = progress::bar(film.frames() as u64, "frames", &name());
+    let mut drawn = 0;
+    let take = |rgb: &[u8]| -> io::Result<()> {
+        drawn += 1;
+        progress.inc(1);
+        file.add(rgb, if drawn == film.frames() { delay + END } else { delay })
+    };
+    film.draw(view, events, take).map_err(|error| match error {
+        // Unwraps the error, because the hint about a damaged session needs its type.
+        FilmError::Recording(error) => error.into(),
+        error => anyhow::Error::from(error).context(name()),
+    })?;
+    progress.finish_and_clear();
+    output.commit(file.finish().with_context(name)?)?;
+    Ok(())
 }

@@ -9,9 +9,8 @@ use std::{
 use anyhow::{Context, bail};
 
 use super::{
-    frame_choice::FrameChoice,
-    outcome::Outcome,
-    output::{one_line, print_result, warn},
+    output::{Outcome, one_line, print_result, warn},
+    played::FrameChoice,
     progress,
     read_session::{Keep, ReadSession},
     render_args::{RenderArgs, RenderCamera},

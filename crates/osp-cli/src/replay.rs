@@ -8,8 +8,7 @@ use anyhow::{Context, ensure};
 
 pub(super) use super::replay_args::ReplayArgs;
 use super::{
-    outcome::Outcome,
-    output::{columns, one_line, print_result, warn},
+    output::{Outcome, columns, one_line, print_result, warn},
     outputs::Output,
     replay_session::replay_file,
 };
@@ -68,7 +67,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         let report = replay_file(args, file, rig.clone(), csv.as_mut())?;
         #[cfg(feature = "bench")]
         charts.next().map_or(Ok(()), |chart| draw_chart(chart, &report))?;
-        let (text, complaints) = verdict(args, file, &report, pins.as_ref(), &mut new_pins);
+        let (text, complaints) = verdict(args, file, &report, pins.as_ref(), &mut new_pins)?;
         print_result(&text)?;
         for complaint in complaints {
             warn(&format!("{}: {complaint}", file.display()));
@@ -93,8 +92,8 @@ fn verdict(
     report: &ReplayReport,
     pins: Option<&Pins>,
     new_pins: &mut Pins,
-) -> (String, Vec<String>) {
-    let mut text = if args.json { report.to_json() } else { text(args, report) };
+) -> anyhow::Result<(String, Vec<String>)> {
+    let mut text = if args.json { serde_json::to_string(report)? } else { text(args, report) };
     let mut complaints = Vec::new();
     if let Some((first, second, frame)) = report.first_disagreement() {
         complaints.push(format!("{first} and {second} found different polygons in frame {frame}"));
@@ -126,7 +125,7 @@ fn verdict(
         }
     }
     complaints.extend(pinned);
-    (text, complaints)
+    Ok((text, complaints))
 }
 
 /// The files that a replay writes.

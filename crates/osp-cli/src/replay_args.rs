@@ -7,13 +7,12 @@ use clap::{Args, ValueEnum};
 
 use super::{
     built::{Feature, Lacking},
-    index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
-    occlusion_test_args::TestArgs,
     outputs::ForceArgs,
     parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
+    structure_args::{CutNodesArgs, IndexSettingsArgs, TestArgs},
 };
 use osp_lab::Method;
 use osp_rivals::{CutNodes, IndexKind, IndexSettings};

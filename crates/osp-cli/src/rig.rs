@@ -1,7 +1,5 @@
 use std::path::PathBuf;
 
-#[cfg(feature = "bench")]
-use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use comfy_table::CellAlignment;
 use glam::Quat;
@@ -9,8 +7,7 @@ use glam::Quat;
 #[cfg(not(all(feature = "bench", feature = "window")))]
 use super::built::{self, Feature};
 use super::{
-    outcome::Outcome,
-    output::{one_line, print_result, warn},
+    output::{Outcome, one_line, print_result, warn},
     outputs::ForceArgs,
     rig_args::rig_file,
 };
@@ -187,9 +184,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: ForceArgs) -> anyhow::Result<
     #[cfg(feature = "bench")]
     if let Some(output) = output {
         output.check()?;
-        RigPlan(&rig)
-            .write(output.path())
-            .map_err(|error| anyhow!("{}: {error}", output.path().display()))?;
+        RigPlan(&rig).write(output.path())?;
     }
     Ok(Outcome::Done)
 }

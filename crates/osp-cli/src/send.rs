@@ -9,10 +9,9 @@ use std::{
 use anyhow::Context;
 
 use super::{
-    outcome::Outcome,
-    output::{print_result, warn},
-    send_args::SendArgs,
+    output::{Outcome, print_result, warn},
     session::OpenSession,
+    sketch_args::SendArgs,
     tracker::key,
 };
 use osp_app::tracker::{EventEncoder, Message, TrackerKey, osc_keyed, osc_packet, write_line};

@@ -12,7 +12,7 @@ use std::{
 
 use anyhow::Context;
 
-use super::shared_args::ServerArgs;
+use super::join_args::ServerArgs;
 use osp_net::live::{Address, Credentials, LinkOptions, Role, Who};
 use osp_session::small_file::read_text;
 

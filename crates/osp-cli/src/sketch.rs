@@ -7,8 +7,7 @@ use std::{
 
 use super::{
     film,
-    outcome::Outcome,
-    output::warn,
+    output::{Outcome, warn},
     sketch_args::{SketchArgs, WindowArgs},
 };
 use osp_app::{

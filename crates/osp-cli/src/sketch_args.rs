@@ -1,20 +1,24 @@
-//! The arguments of `osp sketch`.
+//! The arguments of `osp sketch` and `osp send`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::{
+    join_args::{self, ServerArgs},
     numbers,
     outputs::ForceArgs,
     parsers::{DETAILS, index_parser, occlusion_parser},
-    reading::LimitArgs,
+    reading::{LimitArgs, ReadArgs},
     rig_args::RigArgs,
-    shared_args::{self, ServerArgs},
-    tracker_args::TrackerArgs,
 };
+#[cfg(feature = "window")]
+pub(super) use osp_app::tracker::TrackerAddress;
+#[cfg(feature = "window")]
+use osp_app::tracker::TrackerKey;
 use osp_lab::Method;
 use osp_rivals::IndexKind;
+use osp_session::recording::Pace;
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
@@ -85,7 +89,7 @@ pub(super) struct SketchArgs {
     pub(super) watch: bool,
     /// Your name, which the other members see.
     #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
-    #[arg(value_parser = shared_args::name)]
+    #[arg(value_parser = join_args::name)]
     pub(super) name: String,
     #[command(flatten)]
     pub(super) server: ServerArgs,
@@ -127,4 +131,62 @@ pub(super) struct WindowArgs {
 
 fn size(text: &str) -> Result<(u32, u32), String> {
     numbers::sides(text, &(1..=16_384))
+}
+
+/// Without the window the value is not parsed; the command reports the missing feature.
+#[cfg(not(feature = "window"))]
+pub(super) type TrackerAddress = String;
+
+#[derive(Args, Debug)]
+pub(super) struct TrackerArgs {
+    /// Read a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard input.
+    #[arg(long, value_name = "FROM")]
+    pub(super) tracker: Option<TrackerAddress>,
+    /// Accept the messages of every sender, not only of the first sender.
+    #[arg(long, requires = "tracker")]
+    pub(super) tracker_any: bool,
+    /// Accept only packets that begin with the key in this file of one line. Without this option, osp reads the key from
+    /// the variable OSP_TRACKER_KEY, if it is set. The key is sent unencrypted: everybody who reads the packets can use
+    /// it.
+    #[arg(long, value_name = "FILE", requires = "tracker")]
+    pub(super) tracker_key_file: Option<PathBuf>,
+}
+
+/// Without the window the value is not parsed; the command reports the missing feature.
+#[cfg(not(feature = "window"))]
+type TrackerKey = String;
+
+/// Send a session to a window, like a tracker (`osp sketch --tracker udp://…`).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp send recordings/portrait.ron --to 127.0.0.1:9327
+  osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
+  osp send sketch.tilt --to 192.168.0.7:9000 --osc
+  osp send sketch.tilt --to 192.168.0.7:9000 --key-file word.txt")]
+pub(super) struct SendArgs {
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
+    pub(super) file: PathBuf,
+    /// Address and port of the window's --tracker.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub(super) to: String,
+    /// Part of the session that each packet contains (90 packets a second): `recorded` (by its time stamps) or `samples:N`
+    /// (N samples of the hand).
+    #[arg(long, default_value = "recorded")]
+    pub(super) pace: Pace,
+    /// Speed, as a multiple of the recorded speed.
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
+    pub(super) speed: f64,
+    /// The key that the window requires (`osp sketch --tracker-key-file`). The list of processes shows the key to everybody
+    /// on this machine.
+    #[arg(long)]
+    pub(super) key: Option<TrackerKey>,
+    /// Read the key from a file of one line. Without --key-file and --key, osp reads the key from the variable
+    /// OSP_TRACKER_KEY, if it is set.
+    #[arg(long, value_name = "FILE", conflicts_with = "key")]
+    pub(super) key_file: Option<PathBuf>,
+    /// Send OSC messages instead of lines of text.
+    #[arg(long)]
+    pub(super) osc: bool,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
 }

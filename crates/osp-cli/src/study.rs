@@ -11,8 +11,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use super::{
-    outcome::Outcome,
-    output::{print_result, warn},
+    output::{Outcome, print_result, warn},
     outputs::ForceArgs,
     progress,
     replay_args::{PlayArgs, TuningArgs},

@@ -7,10 +7,8 @@ use clap::Args;
 use indicatif::HumanBytes;
 
 use super::{
-    import::RECORDING,
-    new_recording::NewRecording,
-    outcome::Outcome,
-    output::{one_line, print_result},
+    import::{NewRecording, RECORDING},
+    output::{Outcome, one_line, print_result},
     outputs::ForceArgs,
     parsers::named,
     progress,

@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use super::{
     batch::{Batch, Job},
-    outcome::Outcome,
-    output::warn,
+    output::{Outcome, warn},
     outputs::Outputs,
     read_session::{Keep, ReadSession},
-    render_args::MOMENT_S,
+    render_args::{MOMENT_S, ThumbsArgs},
     session::OpenSession,
-    thumbs_args::ThumbsArgs,
 };
 use osp::polygon::{Change, VisibleBlocks};
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};

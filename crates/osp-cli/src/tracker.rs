@@ -4,7 +4,7 @@ use std::{env, path::Path};
 
 use anyhow::{Context, anyhow};
 
-use super::{output::warn, tracker_args::TrackerArgs};
+use super::{output::warn, sketch_args::TrackerArgs};
 use osp_app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions};
 use osp_session::small_file::{open_regular, read_text};
 

@@ -8,14 +8,13 @@ use serde::Serialize;
 
 use super::{
     allocations, numbers,
-    occlusion_test_args::score_parser,
-    outcome::Outcome,
-    output::{file_name, print_result, warn},
+    output::{Outcome, file_name, print_result, warn},
     parsers::{Size, camera_parser, index_parser},
     progress,
     read_session::{Keep, ReadSession},
     reading::ReadArgs,
     session::OpenSession,
+    structure_args::score_parser,
     verify_all::{Overview, Part, name_in, sessions},
     verify_drawn::DrawnTrials,
     verify_method::{NamedMethod, method_parser},

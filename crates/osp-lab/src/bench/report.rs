@@ -1,7 +1,7 @@
 use serde::Serialize;
 
 use super::{Machine, paper};
-use crate::{report::json_line, rows::Rows};
+use crate::rows::Rows;
 
 /// Largest number of printed faults if a page has all of them.
 const MOST_FAULTS: usize = 8;
@@ -32,11 +32,6 @@ pub enum Length {
 }
 
 impl BenchReport {
-    /// The report as one JSON object on one line.
-    pub fn to_json(&self) -> String {
-        json_line(self)
-    }
-
     /// The first lines of the report: the verdict, at most `most` faults, and a warning if the program is not optimised.
     pub(super) fn verdict(&self, most: usize) -> Vec<String> {
         let mut lines: Vec<String> = self.rows.verdict(&self.reference).into_iter().collect();

@@ -1,4 +1,4 @@
-use std::{collections::BTreeSet, error::Error, path::Path};
+use std::{collections::BTreeSet, path::Path};
 
 use plotters::prelude::*;
 
@@ -6,11 +6,10 @@ use super::{
     ReplayReport,
     numbers::thousands,
     palette::{LineStyle, SAMPLE_PIXELS},
-    picture::{Area, Backend, ChartError, ChartFormat, Picture, encode},
+    picture::{Area, Backend, ChartError, Drawn, Picture, write},
     printable::one_line,
     run::{Measured, RunReport},
 };
-use osp_session::atomic_file::write_atomically;
 
 /// Size of a chart, pixels.
 const SIZE: (u32, u32) = (1280, 720);
@@ -29,38 +28,15 @@ pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartE
     if report.runs.iter().all(|run| run.curve().is_empty()) {
         return Err(ChartError::Empty(path.to_owned()));
     }
-    let failed = |message: String| ChartError::Draw { path: path.to_owned(), message };
-    let format = ChartFormat::of(path)?;
-    register_font();
-    let bytes = encode(&FrameTimes(report), format, SIZE).map_err(|error| failed(error.to_string()))?;
-    write_atomically(path, |out| out.write_all(&bytes)).map_err(|error| failed(error.to_string()))
+    write(&FrameTimes(report), path, SIZE)
 }
 
 struct FrameTimes<'a>(&'a ReplayReport);
 
 impl Picture for FrameTimes<'_> {
-    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
         draw(self.0, area)
     }
-}
-
-/// Registers a font for text, because the machine may have none. In a browser the browser's font is used.
-pub(crate) fn register_font() {
-    #[cfg(not(target_arch = "wasm32"))]
-    register_own_font();
-}
-
-#[cfg(not(target_arch = "wasm32"))]
-fn register_own_font() {
-    static ONCE: std::sync::Once = std::sync::Once::new();
-    ONCE.call_once(|| {
-        // Registering fails only for an invalid font; the text would then be missing from the picture.
-        let _ = plotters::style::register_font(
-            "sans-serif",
-            FontStyle::Normal,
-            epaint_default_fonts::UBUNTU_LIGHT,
-        );
-    });
 }
 
 /// A group of consecutive frames.
@@ -103,7 +79,7 @@ fn number_of(index: &str, runs: &[RunReport]) -> usize {
     before.map(|run| &run.index).collect::<BTreeSet<_>>().len()
 }
 
-fn draw<B: Backend>(report: &ReplayReport, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+fn draw<B: Backend>(report: &ReplayReport, area: &Area<B>) -> Drawn {
     area.fill(&WHITE)?;
     let curves: Vec<Vec<Group>> = report.runs.iter().map(|run| groups(run, report.frames)).collect();
     let all = || curves.iter().flatten();

@@ -7,12 +7,10 @@ use glam::{DVec2, Vec3};
 use plotters::prelude::*;
 
 use super::{
-    chart::register_font,
-    colors::{BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION},
     numbers::thousands,
-    picture::{Area, Backend, Picture, pixels},
+    palette::{BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION},
+    picture::{Area, Backend, Drawn, Picture, fill, middle, pixels, point, stroke, write_at},
     printable::one_line,
-    shapes::{Drawn, fill, middle, point, stroke, write_at},
     structure::{Structure, plane_corners},
 };
 use crate::TreeLayout;
@@ -124,7 +122,6 @@ impl InsertionFilm<'_> {
     /// # Errors
     /// A polygon is refused, a picture is not drawn, or `take` fails.
     pub fn draw(&self, mut take: impl FnMut(&[u8], u16) -> io::Result<()>) -> Result<(), Box<dyn Error>> {
-        register_font();
         let work = self.work()?;
         let mut trees = Trees::new(self);
         for (nth, &id) in self.polygons.iter().enumerate() {

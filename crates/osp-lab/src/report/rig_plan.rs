@@ -1,25 +1,20 @@
-use std::{error::Error, path::Path};
+use std::path::Path;
 
 use glam::Vec3;
 use plotters::prelude::*;
 
 use super::{
-    ChartFormat,
-    chart::register_font,
-    colors::VERMILION,
-    picture::{Area, Backend, Picture, encode},
+    palette::VERMILION,
+    picture::{Area, Backend, ChartError, Drawn, Picture, Plan, Side, point, write},
     printable::one_line,
 };
 use osp::math::Aabb;
-use osp_session::{
-    atomic_file::write_atomically,
-    rig::{Rig, Screen},
-};
+use osp_session::rig::{Rig, Screen};
 
 /// Size of the picture, pixels.
 const SIZE: (u32, u32) = (1280, 640);
 /// Margin of the drawing, pixels.
-const MARGIN: f32 = 60.0;
+const MARGIN: f64 = 60.0;
 
 /// A drawing of a rig's room from above and from the front: the screens, the head, and its frustum through each screen.
 #[derive(Clone, Copy, Debug)]
@@ -30,34 +25,17 @@ impl RigPlan<'_> {
     ///
     /// # Errors
     /// The name has another ending, or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
-        register_font();
-        let bytes = encode(self, ChartFormat::of(path)?, SIZE)?;
-        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
+    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
+        write(self, path, SIZE)
     }
 
-    fn draw_side<B: Backend>(
-        &self,
-        title: &str,
-        project: fn(Vec3) -> (f32, f32),
-        area: &Area<B>,
-    ) -> Result<(), Box<dyn Error>> {
+    fn draw_side<B: Backend>(&self, title: &str, side: Side, area: &Area<B>) -> Drawn {
         let rig = self.0;
         let area = area.titled(title, ("sans-serif", 22))?;
         let corners = rig.screens.iter().flat_map(corners_of).chain([rig.head]);
         let bounds = corners.fold(Aabb::EMPTY, |all, p| all.union(&Aabb { min: p, max: p }));
-        let ((left, bottom), (right, top)) = (project(bounds.min), project(bounds.max));
-        let (left, right) = (left.min(right), left.max(right));
-        let (bottom, top) = (bottom.min(top), bottom.max(top));
-        let (w, h) = area.dim_in_pixel();
-        let (w, h) = (w as f32, h as f32);
-        let scale = ((w - 2.0 * MARGIN) / (right - left).max(1.0e-3))
-            .min((h - 2.0 * MARGIN) / (top - bottom).max(1.0e-3));
-        let pixel = |p: Vec3| {
-            let (x, y) = project(p);
-            let (x, y) = (x - (left + right) * 0.5, y - (bottom + top) * 0.5);
-            ((w * 0.5 + x * scale) as i32, (h * 0.5 - y * scale) as i32)
-        };
+        let plan = Plan::new(side, &bounds, area.dim_in_pixel(), MARGIN);
+        let pixel = |p: Vec3| point(&plan.pixel(p));
         let head = pixel(rig.head);
         for screen in &rig.screens {
             let corners = corners_of(screen);
@@ -76,10 +54,12 @@ impl RigPlan<'_> {
         area.draw(&Text::new("head", (head.0 + 9, head.1 - 6), ("sans-serif", 18).into_font()))?;
         // A scale bar.
         let lengths = [(1.0, "1 m"), (0.1, "10 cm"), (0.01, "1 cm")];
-        let (length_m, name) =
-            lengths.into_iter().find(|(m, _)| m * scale <= w - MARGIN).unwrap_or((0.001, "1 mm"));
-        let (y, x) = ((h - 18.0) as i32, 20);
-        let end = x + (length_m * scale) as i32;
+        let (length_m, name) = lengths
+            .into_iter()
+            .find(|(m, _)| m * plan.scale <= plan.size.x - MARGIN)
+            .unwrap_or((0.001, "1 mm"));
+        let (y, x) = ((plan.size.y - 18.0) as i32, 20);
+        let end = x + (length_m * plan.scale) as i32;
         area.draw(&PathElement::new([(x, y), (end, y)], BLACK.stroke_width(2)))?;
         area.draw(&Text::new(name, (x, y - 20), ("sans-serif", 16).into_font()))?;
         Ok(())
@@ -87,12 +67,12 @@ impl RigPlan<'_> {
 }
 
 impl Picture for RigPlan<'_> {
-    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
         area.fill(&WHITE)?;
         let name = one_line(&self.0.name);
         let halves = area.split_evenly((1, 2));
-        self.draw_side(&format!("{name} from above"), |p| (p.x, -p.z), &halves[0])?;
-        self.draw_side(&format!("{name} from the front"), |p| (p.x, p.y), &halves[1])?;
+        self.draw_side(&format!("{name} from above"), Side::Top, &halves[0])?;
+        self.draw_side(&format!("{name} from the front"), Side::Front, &halves[1])?;
         area.present()?;
         Ok(())
     }

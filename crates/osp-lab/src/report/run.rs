@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::{AgainstOneView, DrawReport, RigReport, ViewMeans, ViewsReport, line::json_line};
+use super::{AgainstOneView, DrawReport, RigReport, ViewMeans, ViewsReport};
 use osp::{
     frame::{FrameRecord, OcclusionRecord, Stage},
     occlusion::{NodeTest, Score},
@@ -316,11 +316,6 @@ pub struct ReplayReport {
 }
 
 impl ReplayReport {
-    /// The report as one JSON object on one line.
-    pub fn to_json(&self) -> String {
-        json_line(self)
-    }
-
     /// See [`first_disagreement`].
     pub fn first_disagreement(&self) -> Option<(&str, &str, u64)> {
         first_disagreement(&self.runs)

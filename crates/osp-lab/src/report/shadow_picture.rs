@@ -2,20 +2,18 @@
 
 use std::{error::Error, path::Path};
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 use plotters::prelude::*;
 
 use super::{
-    ChartFormat,
-    chart::register_font,
-    colors::{BLUE, INK, ORANGE},
-    legend::{LegendLine, legend},
     numbers::thousands,
-    picture::{Area, Backend, Picture, encode, pixels},
+    palette::{BLUE, INK, ORANGE},
+    picture::{
+        Area, Backend, ChartError, Drawn, LegendLine, Picture, Plan, Side, fill, legend, middle, pixels,
+        point, stroke, write, write_at,
+    },
     printable::one_line,
     shadow_look::{ShadowLook, ShadowPanel},
-    shapes::{Drawn, fill, middle, point, stroke, write_at},
-    structure_picture::Side,
 };
 use crate::{
     TreeLayout,
@@ -27,7 +25,7 @@ use osp::{
     occlusion::raster::Raster,
     polygon::PolygonId,
 };
-use osp_session::{atomic_file::write_atomically, scene::Scene};
+use osp_session::scene::Scene;
 
 /// Width of a form's column, pixels.
 const WIDTH: u32 = 960;
@@ -72,10 +70,8 @@ impl ShadowPicture<'_> {
     ///
     /// # Errors
     /// The name does not end with `.svg` or `.png`, or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Drawn {
-        register_font();
-        let bytes = encode(self, ChartFormat::of(path)?, self.size())?;
-        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
+    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
+        write(self, path, self.size())
     }
 
     /// The pixels of the picture: red, green and blue, row by row from the top.
@@ -83,7 +79,6 @@ impl ShadowPicture<'_> {
     /// # Errors
     /// The picture cannot be drawn.
     pub fn rgb(&self) -> Result<Vec<u8>, Box<dyn Error>> {
-        register_font();
         pixels(self, self.size())
     }
 
@@ -185,7 +180,7 @@ impl ShadowPicture<'_> {
         let eye = look.view.window.eye_in_world().as_vec3();
         let bounds =
             look.scene.visible_ids().fold(Aabb::new(eye, eye), |all, id| all.union(&look.scene.bounds(id)));
-        let plan = Plan::new(self.side, &bounds, area.dim_in_pixel());
+        let plan = Plan::new(self.side, &bounds, area.dim_in_pixel(), f64::from(MARGIN));
         let outline =
             |id| -> Vec<DVec2> { look.scene.polygon(id).vertices().iter().map(|&p| plan.pixel(p)).collect() };
         for id in look.scene.visible_ids() {
@@ -376,32 +371,7 @@ impl<'a> WindowPixels<'a> {
     }
 }
 
-/// A parallel projection onto a picture.
-struct Plan {
-    side: Side,
-    origin: DVec2,
-    scale: f64,
-    size: DVec2,
-}
-
 impl Plan {
-    fn new(side: Side, bounds: &Aabb, (width, height): (u32, u32)) -> Self {
-        let flat = |p: Vec3| {
-            let (x, y) = side.project(p);
-            DVec2::new(f64::from(x), f64::from(y))
-        };
-        let (a, b) = (flat(bounds.min), flat(bounds.max));
-        let size = DVec2::new(f64::from(width), f64::from(height));
-        let room = (size - 2.0 * f64::from(MARGIN)) / (a - b).abs().max(DVec2::splat(1.0e-9));
-        Self { side, origin: (a + b) * 0.5, scale: room.min_element(), size }
-    }
-
-    fn pixel(&self, p: Vec3) -> DVec2 {
-        let (x, y) = self.side.project(p);
-        let from_middle = (DVec2::new(f64::from(x), f64::from(y)) - self.origin) * self.scale;
-        self.size * 0.5 + DVec2::new(from_middle.x, -from_middle.y)
-    }
-
     /// The part of a convex outline inside the picture.
     fn clipped(&self, outline: &[DVec2]) -> Vec<DVec2> {
         let mut kept = outline.to_vec();

@@ -1,27 +1,24 @@
 //! Pictures of indexes: cells in orthographic projection over the polygons, and trees.
 
-use std::{error::Error, fmt::Write, path::Path};
+use std::{fmt::Write, path::Path};
 
 use glam::Vec3;
 use plotters::prelude::*;
 
 use super::{
-    ChartFormat,
-    chart::register_font,
-    legend::{LegendLine, legend},
     numbers::thousands,
-    picture::{Area, Backend, Picture, encode},
+    picture::{Area, Backend, ChartError, Drawn, LegendLine, Picture, Plan, Side, legend, point, write},
     printable::one_line,
     structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode, coordinates},
 };
 use crate::TreeLayout;
 use osp::math::{Aabb, Ray};
-use osp_session::{atomic_file::write_atomically, scene::Scene};
+use osp_session::scene::Scene;
 
 /// Size of the picture of an index, pixels.
 const SIZE: (u32, u32) = (1280, 960);
 /// Margin of the drawing, pixels.
-const MARGIN: f32 = 40.0;
+const MARGIN: f64 = 40.0;
 /// Largest number of nodes in a picture of cells.
 const MOST_CELLS: usize = 20_000;
 /// Largest number of leaves up to which the nodes of a tree have labels.
@@ -32,40 +29,6 @@ const ROOM_FOR_PLACES: f32 = 150.0;
 const PLACE_WIDTH: i32 = 128;
 /// Largest number of levels in a legend.
 const MOST_LEGEND: usize = 14;
-
-/// The side from which a picture shows the cells of an index, in orthographic projection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Looking along -z: x to the right, y up.
-    Front,
-    /// Looking down: x to the right, z down.
-    Top,
-    /// Looking along -x: z to the left, y up.
-    Right,
-}
-
-impl Side {
-    /// All sides.
-    pub const ALL: [Self; 3] = [Self::Front, Self::Top, Self::Right];
-
-    /// The side's name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Front => "front",
-            Self::Top => "top",
-            Self::Right => "right",
-        }
-    }
-
-    /// The horizontal and vertical coordinate in the picture.
-    pub(super) fn project(self, p: Vec3) -> (f32, f32) {
-        match self {
-            Self::Front => (p.x, p.y),
-            Self::Top => (p.x, -p.z),
-            Self::Right => (-p.z, p.y),
-        }
-    }
-}
 
 /// The two kinds of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,14 +84,11 @@ impl StructurePicture<'_> {
     ///
     /// # Errors
     /// The name has another ending, or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
-        register_font();
-        let size = (SIZE.0 * self.panels.len().max(1) as u32, SIZE.1);
-        let bytes = encode(self, ChartFormat::of(path)?, size)?;
-        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
+    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
+        write(self, path, (SIZE.0 * self.panels.len().max(1) as u32, SIZE.1))
     }
 
-    fn draw_panel<B: Backend>(&self, panel: &StructurePanel, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+    fn draw_panel<B: Backend>(&self, panel: &StructurePanel, area: &Area<B>) -> Drawn {
         let structure = &panel.structure;
         let most = match self.view {
             StructureView::Space(_) => MOST_CELLS,
@@ -177,22 +137,13 @@ impl StructurePicture<'_> {
         splits: &[SplitOutline],
         side: Side,
         area: &Area<B>,
-    ) -> Result<(), Box<dyn Error>> {
+    ) -> Drawn {
         let all = shown.nodes.iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
         if all.is_empty() {
             return Ok(());
         }
-        let (a, b) = (side.project(all.min), side.project(all.max));
-        let (left, bottom) = (a.0.min(b.0), a.1.min(b.1));
-        let (width, height) = ((a.0 - b.0).abs().max(1.0e-9), (a.1 - b.1).abs().max(1.0e-9));
-        let (w, h) = area.dim_in_pixel();
-        let (w, h) = (w as f32, h as f32);
-        let scale = ((w - 2.0 * MARGIN) / width).min((h - 2.0 * MARGIN) / height);
-        let (x0, y0) = ((w - width * scale) * 0.5, (h + height * scale) * 0.5);
-        let pixel = |p: Vec3| {
-            let (x, y) = side.project(p);
-            ((x0 + (x - left) * scale) as i32, (y0 - (y - bottom) * scale) as i32)
-        };
+        let plan = Plan::new(side, &all, area.dim_in_pixel(), MARGIN);
+        let pixel = |p: Vec3| point(&plan.pixel(p));
         let outline_of = |id| -> Vec<(i32, i32)> {
             self.scene.polygon(id).vertices().iter().map(|&corner| pixel(corner)).collect()
         };
@@ -252,10 +203,13 @@ impl StructurePicture<'_> {
         Ok(())
     }
 
-    fn draw_tree<B: Backend>(&self, shown: &Structure, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+    fn draw_tree<B: Backend>(&self, shown: &Structure, area: &Area<B>) -> Drawn {
         let nodes = &shown.nodes;
-        let layout =
-            TreeLayout::new(nodes.iter().map(|node| (node.parent, node.depth)), area.dim_in_pixel(), MARGIN);
+        let layout = TreeLayout::new(
+            nodes.iter().map(|node| (node.parent, node.depth)),
+            area.dim_in_pixel(),
+            MARGIN as f32,
+        );
         let pixel = |node| layout.pixel(node);
         let is_on_the_way = |node| self.ray.as_ref().is_none_or(|(ray, _)| enters(ray, node));
         for (i, node) in nodes.iter().enumerate() {
@@ -307,7 +261,7 @@ impl StructurePicture<'_> {
 }
 
 impl Picture for StructurePicture<'_> {
-    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
         area.fill(&WHITE)?;
         let areas = area.split_evenly((1, self.panels.len().max(1)));
         for (panel, area) in self.panels.iter().zip(&areas) {

@@ -3,7 +3,7 @@ use serde::Serialize;
 use super::{Race, Racer};
 use crate::{
     Machine,
-    report::{json_line, one_line, short, thousands},
+    report::{one_line, short, thousands},
     rows::Rows,
 };
 
@@ -27,11 +27,6 @@ impl RaceReport {
     /// The report of a finished race.
     pub fn new(race: &Race, machine: Machine, command: String) -> Self {
         Self { verdict: verdict(race), machine, command, rows: rows(race) }
-    }
-
-    /// The report as one JSON object on one line.
-    pub fn to_json(&self) -> String {
-        json_line(self)
     }
 
     /// The report as text: the verdict, a table, the machine.
