@@ -11,7 +11,6 @@ use osp_session::recording::{Author, Event};
 /// Largest number of authors that the text lists.
 const MOST_LISTED: usize = 50;
 
-/// Counts for one author.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct AuthorRow {
     author: u32,
@@ -34,7 +33,6 @@ pub(super) struct AuthorRows {
 }
 
 impl AuthorRows {
-    /// Counts an event.
     pub(super) fn note(&mut self, event: &Event) {
         self.last_secs = event.time_secs();
         let Some(author) = event.author() else { return };
@@ -72,7 +70,6 @@ impl AuthorRows {
     }
 }
 
-/// Returns one line of text for each row.
 pub(super) fn lines(rows: &[AuthorRow]) -> Vec<String> {
     let mut lines = Vec::new();
     for (row, number) in rows.iter().take(MOST_LISTED).zip(0..) {

@@ -53,9 +53,6 @@ pub(super) struct BakeArgs {
     /// Pixels of each picture, across and down.
     #[arg(long, default_value_t = BakeConfig::default().pixels, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
     pixels: u32,
-    /// Threads [default: one for each processor].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     #[command(flatten)]
     force: ForceArgs,
     #[command(flatten)]
@@ -128,10 +125,7 @@ fn bake(
     cells: &ViewCells,
     args: &BakeArgs,
 ) -> Vec<(usize, Vec<u64>)> {
-    let threads = args.threads.map_or_else(
-        || thread::available_parallelism().map_or(1, NonZero::get),
-        |threads| usize::from(threads).max(1),
-    );
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
     let progress = progress::bar(cells.len() as u64, "cells", &args.file.to_string_lossy());
     let next = AtomicUsize::new(0);
     let work = || {

@@ -285,7 +285,6 @@ fn named(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(format!("{}{ending}", &name[..name.len() - own.map_or(0, |own| own.len())]))
 }
 
-/// Returns the path with `ending` appended to the whole name.
 fn with(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(ending);

@@ -32,7 +32,6 @@ use osp_session::{
 
 /// Number of polygons that each frame of the growing model inserts.
 const BATCH: u32 = 8;
-/// Number of frames of a flight.
 const FLIGHT_FRAMES: u64 = 360;
 /// Largest number of polygons of the synthetic model into which rays are cast.
 const MOST_FOR_RAYS: u32 = 1_000_000;
@@ -116,7 +115,6 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     Ok(if report.rows.faults.is_empty() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
-/// Returns the command line, for the report.
 pub(super) fn command() -> String {
     // A file's name need not be text.
     let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();

@@ -48,7 +48,6 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl PaperArgs {
-    /// Whether to run the paper's experiments.
     pub(super) fn is_given(&self) -> bool {
         self.paper.is_some()
     }

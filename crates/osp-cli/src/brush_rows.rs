@@ -2,10 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::output::one_line;
+use super::output::{self, one_line};
 use osp_lab::report::thousands;
 use osp_session::{
     brush::{self, Brush, Draw, Family, Lighting},
@@ -121,27 +120,16 @@ fn drawn_as(brush: &Brush) -> String {
     format!("{form}, {mixing}, {light}")
 }
 
-/// Returns the rows as a text table.
 pub(super) fn table(rows: &[BrushRow]) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header(["brush", "strokes", "points", "polygons", "drawn as"]);
-    for row in rows {
+    let cells = rows.iter().map(|row| {
         let hidden = match row.hidden_strokes {
             0 => String::new(),
             hidden if hidden == row.strokes => "; hidden".to_owned(),
             hidden => format!("; {} of them hidden", thousands(hidden)),
         };
-        table.add_row([
-            one_line(&row.brush).into_owned(),
-            thousands(row.strokes),
-            thousands(row.points),
-            thousands(row.polygons),
-            format!("{}{hidden}", row.drawn_as),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1).take(3) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string().lines().map(|line| format!("   {}", line.trim_end())).collect::<Vec<_>>().join("\n")
+        let [strokes, points, polygons] = [row.strokes, row.points, row.polygons].map(thousands);
+        let name = one_line(&row.brush).into_owned();
+        vec![name, strokes, points, polygons, format!("{}{hidden}", row.drawn_as)]
+    });
+    output::table(&["brush", "strokes", "points", "polygons", "drawn as"], cells)
 }

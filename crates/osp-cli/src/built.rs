@@ -42,7 +42,6 @@ impl Feature {
     }
 }
 
-/// Refuses a command or option that needs these features.
 pub(super) fn refuse<T>(what: impl fmt::Display, needed: &[Feature]) -> anyhow::Result<T> {
     bail!("{what} {}", Lacking(needed))
 }

@@ -115,7 +115,6 @@ fn check(args: &ConvertArgs, format: Format) -> anyhow::Result<()> {
     }
 }
 
-/// Converts one session.
 fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Model> {
     let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
     let output = outputs.add(&job.target, &[])?;

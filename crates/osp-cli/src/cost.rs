@@ -2,11 +2,10 @@
 
 use std::{cmp::Reverse, collections::BTreeMap};
 
-use comfy_table::{CellAlignment, Table, presets};
 use glam::{DQuat, DVec3, Vec3};
 use serde::Serialize;
 
-use super::output::one_line;
+use super::output::{one_line, table};
 use osp::{math::clip_convex, view::View};
 use osp_lab::report::thousands;
 use osp_session::{
@@ -33,7 +32,6 @@ pub(super) struct Cost {
     most_expensive_strokes: Vec<StrokeCost>,
 }
 
-/// The cost of the strokes of one brush.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 struct BrushCost {
     brush: String,
@@ -44,7 +42,6 @@ struct BrushCost {
     is_blended: bool,
 }
 
-/// The cost of a stroke.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct StrokeCost {
     /// The stroke's number. `None` for polygons that belong to no stroke.
@@ -105,7 +102,6 @@ impl Cost {
         }
     }
 
-    /// Returns the cost as lines of text.
     pub(super) fn lines(&self) -> Vec<String> {
         let percent = |part: f64| format!("{:.1} %", 100.0 * part);
         let of_budget = part(self.triangles, self.budget_triangles);
@@ -155,19 +151,6 @@ impl Cost {
         }
         lines
     }
-}
-
-fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header(header);
-    for row in rows {
-        table.add_row(row);
-    }
-    for column in table.column_iter_mut().skip(1).take(header.len() - 2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string().lines().map(|line| format!("   {}", line.trim_end())).collect::<Vec<_>>().join("\n")
 }
 
 fn part(of: u64, whole: u64) -> f64 {

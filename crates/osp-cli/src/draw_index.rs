@@ -45,7 +45,6 @@ fn splits(scene: &Scene, levels: Option<u32>) -> anyhow::Result<Vec<SplitOutline
     Ok(outlines)
 }
 
-/// Returns the distance to the first polygon that a ray hits.
 fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> {
     let hit = index.ray_nearest(ray, f32::INFINITY, &mut |id| scene.polygon(id).meet(ray));
     hit.map(|(_, t)| t)
@@ -136,7 +135,6 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
 }
 
 impl SideArg {
-    /// Returns the side from which a picture shows the space.
     pub(super) fn side(self) -> Side {
         match self {
             Self::Front => Side::Front,

@@ -57,7 +57,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let title = format!("{}, frame {}", file_name(&args.session.file), moment.frame);
     let look = ShadowLook::new(&scene, &view, select, TRUTH)
         .ok_or_else(|| anyhow!("{title}: expected a camera with a valid frustum"))?;
-    let trees: Vec<ShadowSteps> = forms.iter().map(|&form| look.steps(form)).collect();
+    let trees: Vec<ShadowSteps> = forms.iter().map(|&form| look.view.steps(form)).collect();
     let side = side_of(args.from, &view);
     let picture = |planes| ShadowPicture {
         title: title.clone(),
@@ -78,11 +78,11 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
             whole.write(output.path())?;
         }
     }
-    if look.occluders().is_empty() {
+    if look.view.occluders.is_empty() {
         warn("warning: no polygon of this view is an occluder");
     }
-    for (i, occluder) in look.occluders().iter().enumerate() {
-        let (share, corners) = (100.0 * look.share(occluder), occluder.corners().len());
+    for (i, occluder) in look.view.occluders.iter().enumerate() {
+        let (share, corners) = (100.0 * look.view.share(occluder), occluder.corners().len());
         let (name, away_m) = (occluder_name(i), occluder.cap_distance_m());
         print_result(&format!(
             "occluder {name}: {share:.2} % of the window, {corners} corners, {away_m:.2} m away"

@@ -19,7 +19,6 @@ use osp_session::{
 pub(super) struct Drawing {
     /// One drawer for each method of culling while drawing, because a drawer keeps the state of only one method.
     drawers: Vec<(GpuOcclusion, Offscreen)>,
-    /// For each lane the index of its drawer.
     of_lane: Vec<usize>,
     frame: usize,
 }

@@ -120,7 +120,6 @@ impl Model {
     }
 }
 
-/// Writes the model after a frame.
 pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);

@@ -51,7 +51,6 @@ pub(super) fn maker() -> osp_app::FilmMaker {
     osp_app::FilmMaker { pictures, make }
 }
 
-/// Number of pictures of a film.
 fn frame_count(args: &FilmArgs) -> anyhow::Result<u64> {
     let fps = FilmFormat::of(&args.out)?.pictures_a_second(args.fps)?;
     Ok(((args.seconds * f64::from(fps)).round() as u64).max(1))

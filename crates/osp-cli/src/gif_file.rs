@@ -65,7 +65,6 @@ impl GifFile {
         Ok(())
     }
 
-    /// Finishes the film.
     pub(super) fn finish(self) -> io::Result<AtomicFile> {
         self.encoder.into_inner().map_err(to_io)
     }

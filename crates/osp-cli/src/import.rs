@@ -41,7 +41,6 @@ pub(super) struct ImportArgs {
     reading: ReadArgs,
 }
 
-/// Counts of the written parts.
 #[derive(Default)]
 pub(super) struct Counts {
     events: u64,
@@ -150,7 +149,6 @@ impl NewRecording {
         Ok(Self { writer, file, output, nobody_reads: false })
     }
 
-    /// Appends an event.
     pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         if !self.nobody_reads {
             self.nobody_reads = !is_read(self.writer.write(event))?;

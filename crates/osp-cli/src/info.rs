@@ -135,7 +135,6 @@ fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
     (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
 }
 
-/// The contents of a session.
 struct Contents {
     summary: Summary,
     tally: PolygonTally,

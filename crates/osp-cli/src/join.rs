@@ -296,7 +296,6 @@ fn called(name: &str) -> String {
     if name.is_empty() { String::new() } else { format!(": {}", one_line(name)) }
 }
 
-/// Describes the connection in words.
 pub(super) fn described(address: &Address, status: &Status) -> String {
     let mut text = match &status.connection {
         Connection::Connecting => format!("connecting to {address}"),
@@ -315,30 +314,4 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
         let _ = write!(text, " ({})", one_line(trouble));
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use osp_session::recording::Author;
-
-    #[test]
-    fn who_is_shut_out_is_told_what_to_do() {
-        let address: Address = "nats://127.0.0.1/house".parse().expect("an address");
-        let told = |connection: Connection, author: Option<u32>| {
-            let status = Status { connection, author: author.map(Author), ..Status::default() };
-            refusal(&address, &status).unwrap_or_default()
-        };
-        let newcomer = told(Connection::Full, None);
-        assert!(
-            newcomer.contains("house is full, nobody can join it") && newcomer.contains("--watch"),
-            "{newcomer}"
-        );
-        let author = told(Connection::Full, Some(7));
-        assert!(author.contains("house is full") && author.contains("another name"), "{author}");
-        assert!(told(Connection::Crowded, None).contains("has not joined"));
-        for connection in [Connection::Live, Connection::Silent, Connection::Connecting] {
-            assert_eq!((told(connection.clone(), None), told(connection, Some(7))), Default::default());
-        }
-    }
 }

@@ -16,7 +16,6 @@ use osp_session::recording::{AUTHORS_FORMAT, Author, Event, GroupId, Pace, Pacer
 /// Largest number of this member's events that are not in the session yet. Above this number, playing pauses.
 const MOST_PENDING: usize = 1 << 16;
 
-/// A session that is about to be played.
 pub(super) struct Playing {
     pacer: Pacer<Box<dyn Iterator<Item = Result<Event, RecordingError>> + Send>>,
     speed: f64,
@@ -74,7 +73,6 @@ fn is_of(event: &Event, author: Author) -> bool {
     }
 }
 
-/// Plays the session. Returns the number of events that were played.
 pub(super) fn play(mut playing: Playing, hand: &Hand, is_over: impl Fn() -> bool) -> anyhow::Result<u64> {
     let mut numbers = Numbers::default();
     let (mut events, mut frames, mut played) = (Vec::new(), 0u32, 0);

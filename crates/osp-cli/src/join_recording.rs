@@ -60,7 +60,6 @@ impl Write for Continued {
     }
 }
 
-/// The recording that was written.
 #[derive(Debug)]
 pub(super) struct Written {
     pub(super) path: PathBuf,
@@ -130,7 +129,6 @@ impl SharedRecording {
         }
     }
 
-    /// Flushes the written events to the file.
     pub(super) fn flush(&mut self) -> anyhow::Result<()> {
         if let State::Writing(writer) = &mut self.state {
             writer.flush()?;

@@ -35,7 +35,6 @@ pub(super) struct Report {
 struct Shape {
     strokes: u64,
     polygons: u64,
-    /// Fingerprint of the visible polygons.
     fingerprint: String,
 }
 

@@ -9,6 +9,7 @@ use std::{
 };
 
 use anyhow::Context;
+use comfy_table::{CellAlignment, Table, presets};
 
 use super::progress;
 pub(super) use osp_lab::report::one_line;
@@ -36,7 +37,6 @@ pub(super) fn columns() -> Option<u16> {
     said.filter(|columns| *columns > 0).or_else(|| Some(console::Term::stdout().size_checked()?.1))
 }
 
-/// Returns the name of a file without its folder, for display.
 pub(super) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
@@ -67,4 +67,18 @@ pub(super) fn warn(text: &str) {
 /// Writes a remark of several lines.
 pub(super) fn warn_lines(text: &str) {
     let _ = progress::aside(|| writeln!(io::stderr().lock(), "{}", printable(text)));
+}
+
+/// Returns an indented table without rules. All columns but the first and the last are numbers.
+pub(super) fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header(header);
+    for row in rows {
+        table.add_row(row);
+    }
+    for column in table.column_iter_mut().skip(1).take(header.len() - 2) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.to_string().lines().map(|line| format!("   {}", line.trim_end())).collect::<Vec<_>>().join("\n")
 }

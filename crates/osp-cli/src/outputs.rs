@@ -95,7 +95,6 @@ impl Outputs {
     }
 }
 
-/// An output that has been checked.
 #[derive(Clone, Debug)]
 pub(super) struct Output {
     path: PathBuf,

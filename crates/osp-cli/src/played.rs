@@ -168,7 +168,6 @@ impl FrameChoice {
         }
     }
 
-    /// Whether this is frame `number`, given by its number.
     pub(super) fn is(self, number: u64) -> bool {
         matches!(self, Self::Number(frame) if frame == number)
     }
@@ -187,33 +186,5 @@ impl FrameChoice {
                 summary.frames
             ),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::Parser;
-    use osp_testkit::at;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        session: FrameArgs,
-    }
-
-    #[test]
-    fn a_session_is_played_once_for_all_indexes() {
-        let file = at("recordings/room.ron");
-        let file = file.to_str().expect("a name in UTF-8");
-        let line = Line::parse_from(["osp", file, "--frame", "40"]);
-        let kinds = [IndexKind::Osp, IndexKind::KdTree, IndexKind::BruteForce];
-        let (mut frames, settings) = (0, IndexSettings::default());
-        let played = Played::play(&line.session, &kinds, &settings, |_, _| frames += 1).expect("a frame");
-        assert_eq!((frames, played.moment.frame), (41, 40));
-        let polygons = usize::try_from(played.scene.counts().visible).expect("few polygons");
-        assert!(polygons > 0);
-        let found: Vec<_> = played.pipelines.iter().map(|of| (of.index().name(), of.index().len())).collect();
-        assert_eq!(found, kinds.map(|kind| (kind.name(), polygons)));
     }
 }

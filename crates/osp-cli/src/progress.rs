@@ -28,7 +28,6 @@ pub(super) fn bar(many: u64, what: &str, name: &str) -> ProgressBar {
     BARS.add(bar).with_message(one_line(name).into_owned())
 }
 
-/// Creates a spinner, for work of unknown length.
 pub(super) fn spinner() -> ProgressBar {
     let spinner = BARS.add(ProgressBar::new_spinner().with_finish(ProgressFinish::AndClear));
     if !BARS.is_hidden() {

@@ -27,7 +27,6 @@ pub(super) struct RaySearchArgs {
     radius: Option<f32>,
 }
 
-/// A search in an index's tree.
 pub(super) struct RaySearch {
     outline: Outline,
     order: Order,
@@ -35,7 +34,6 @@ pub(super) struct RaySearch {
 }
 
 impl RaySearchArgs {
-    /// Whether one of the options was given.
     pub(super) fn is_given(&self) -> bool {
         self.search.is_some() || self.radius.is_some()
     }

@@ -17,11 +17,9 @@ pub(super) enum Keep {
     Model,
     /// Only the finished model, after each frame.
     Frames,
-    /// Also the events, to play the session frame by frame.
     Events,
 }
 
-/// Contents of a session.
 pub(super) struct ReadSession {
     pub(super) header: Header,
     pub(super) summary: Summary,
@@ -32,15 +30,12 @@ pub(super) struct ReadSession {
     pub(super) pace: Pace,
     /// Size and place of an index for all polygons that the session ever shows.
     pub(super) index: IndexConfig,
-    /// The events, if they were kept.
     events: Option<Vec<Event>>,
 }
 
-/// A kept event as a reader returns it.
 type Read = Result<Event, RecordingError>;
 
 impl ReadSession {
-    /// Reads a file and prints the warnings.
     #[cfg(any(feature = "bench", feature = "render"))]
     pub(super) fn at(
         file: &std::path::Path,
@@ -81,7 +76,6 @@ impl ReadSession {
         (Self { header, summary, end, direction_to_artist, pace, index, events: kept }, read)
     }
 
-    /// Returns the kept events.
     #[cfg(feature = "bench")]
     pub(super) fn events(&self) -> impl Iterator<Item = Read> {
         self.events.iter().flatten().cloned().map(Ok)

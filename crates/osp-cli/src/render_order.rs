@@ -30,7 +30,6 @@ pub(super) struct OrderTrials {
     repeats: usize,
 }
 
-/// The costs of all orders in a frame.
 #[derive(Serialize)]
 pub(super) struct FrameOrders {
     frame: u64,
@@ -60,7 +59,6 @@ struct OrderFigures {
     differing_pixels: usize,
 }
 
-/// The measured costs of one order in a frame.
 #[derive(Default)]
 struct Measured {
     sort_ns: Vec<u64>,

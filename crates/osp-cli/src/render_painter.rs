@@ -18,7 +18,6 @@ use osp_session::{brush::Draw, scene::Scene};
 /// One in this number of pixels may be unexplained.
 const ONE_UNEXPLAINED_IN: usize = 10_000;
 
-/// Returns the painter with this name.
 pub(super) fn named_painter(name: &str) -> Option<Painter> {
     Painter::ALL.into_iter().find(|painter| painter.name() == name)
 }
@@ -63,7 +62,6 @@ impl PainterPictures {
         self.by_depth.renderer.follow(changes);
     }
 
-    /// Draws the polygons in view.
     pub(super) fn draw(
         &mut self,
         scene: &Scene,
@@ -115,7 +113,6 @@ impl PainterPictures {
         }
     }
 
-    /// Returns the painter's picture.
     pub(super) fn image(&self) -> Result<Image, RenderError> {
         self.by_painter.image()
     }

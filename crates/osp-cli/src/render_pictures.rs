@@ -10,14 +10,12 @@ use osp::view::View;
 use osp_render::{Gpu, Offscreen, RenderError, RendererConfig};
 use osp_session::{replay::RigPath, rig::Eye};
 
-/// One of the pictures of each frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Picture {
     /// Number of the drawer's view.
     pub(super) number: usize,
     /// Suffix of the file's name: the screen and the eye, such as `left-right-eye`. `None` without a rig.
     suffix: Option<String>,
-    /// The screen and the eye, for messages.
     on_screen: Option<(String, Eye)>,
     size: (u32, u32),
 }
@@ -47,7 +45,6 @@ impl Picture {
     }
 }
 
-/// The pictures of each frame.
 #[derive(Debug)]
 pub(super) struct Pictures(Vec<Picture>);
 
@@ -80,7 +77,6 @@ impl Pictures {
         Self(pictures)
     }
 
-    /// Returns all pictures.
     pub(super) fn all(&self) -> &[Picture] {
         &self.0
     }

@@ -128,7 +128,6 @@ fn verdict(
     Ok((text, complaints))
 }
 
-/// The files that a replay writes.
 struct Files {
     csv: Option<Output>,
     /// A chart for each session, if there are charts.
@@ -165,7 +164,6 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
     path.with_file_name(format!("{stem}-{number}{ending}"))
 }
 
-/// Draws a chart of a session's frame times.
 #[cfg(feature = "bench")]
 fn draw_chart(chart: &Output, report: &ReplayReport) -> anyhow::Result<()> {
     chart.check()?;

@@ -49,16 +49,12 @@ pub(super) struct ReplayContext<'a> {
     pub(super) draw: Option<super::parsers::Size>,
 }
 
-/// A session that has been replayed.
 pub(super) struct Replayed {
     pub(super) report: ReplayReport,
-    /// Short name of the session's format.
     pub(super) format: &'static str,
-    /// Number of damaged parts that were skipped.
     pub(super) skipped: u64,
 }
 
-/// Plays a session, with its progress on the terminal. Writes its frames to the CSV file, if there is one.
 pub(super) fn replay_file(
     args: &ReplayArgs,
     file: &Path,
@@ -81,7 +77,6 @@ pub(super) fn replay_file(
     Ok(replay(&args.play, &args.tuning, file, context)?.report)
 }
 
-/// Plays a session.
 pub(super) fn replay(
     play: &PlayArgs,
     tuning: &TuningArgs,

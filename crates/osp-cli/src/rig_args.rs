@@ -50,7 +50,6 @@ impl RigArgs {
         self.rig.as_deref().and_then(rig_file)
     }
 
-    /// Opens the rig. Returns it with the form of its pictures for two eyes.
     pub(super) fn open(&self) -> anyhow::Result<Option<(Rig, Stereo)>> {
         let Some(name) = &self.rig else { return Ok(None) };
         let mut rig = Rig::open(name)?;
@@ -61,7 +60,6 @@ impl RigArgs {
         Ok(Some((rig, stereo)))
     }
 
-    /// Returns the room that a window shows.
     #[cfg(feature = "window")]
     pub(super) fn room(&self) -> anyhow::Result<osp_app::Room> {
         let mut room = match self.open()? {

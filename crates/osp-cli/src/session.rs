@@ -19,14 +19,12 @@ const BATCH_LISTS: usize = 1 << 16;
 /// Largest number of batches that the reader may be ahead. The limit bounds the memory for large files.
 const WAITING: usize = 16;
 
-/// A message from the reading thread.
 enum Message {
     Events(Vec<Event>),
     Damage(RecordingError),
     Notes(Notes),
 }
 
-/// The thread that reads the events of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reader {
     /// A separate thread, which reads ahead.
@@ -41,7 +39,6 @@ enum Feed {
     Here(Box<dyn EventSource>),
 }
 
-/// An open session, an iterator over its events.
 pub(super) struct OpenSession {
     pub(super) header: Header,
     pub(super) format: &'static str,
@@ -71,7 +68,6 @@ impl OpenSession {
         }
     }
 
-    /// Starts to read an open session.
     fn of(session: recording::Session, path: &Path) -> anyhow::Result<Self> {
         let (header, format) = (session.header.clone(), session.format);
         let (sender, messages) = sync_channel(WAITING);
@@ -269,19 +265,5 @@ mod tests {
             assert_eq!(event.time_secs(), i as f64);
         }
         assert!(until((WAITING + 4) * BATCH) <= most + 5 * BATCH);
-    }
-
-    #[test]
-    fn the_reader_runs_less_far_ahead_of_long_lists() {
-        let read = Arc::new(AtomicUsize::new(0));
-        let events = Box::new(Endless(Arc::clone(&read), BATCH_LISTS));
-        let session = recording::Session { header: Header::new("", ""), format: "test", events };
-        let mut session = OpenSession::of(session, Path::new("test")).expect("a thread");
-        for _ in 0..100 {
-            assert!(session.next().expect("more").is_ok());
-        }
-        // Every event fills a batch: the session has one batch, the channel several, and the thread one.
-        thread::sleep(Duration::from_millis(50));
-        assert!(read.load(Ordering::Relaxed) <= 100 + WAITING + 2, "{read:?}");
     }
 }

@@ -70,7 +70,6 @@ impl SketchArgs {
     }
 }
 
-/// Session and settings at the start of a window.
 struct Start {
     session: Session,
     opened: Opened,
@@ -98,7 +97,6 @@ impl WindowArgs {
         Ok(())
     }
 
-    /// Returns the rig's room with its screens.
     fn room(&self) -> anyhow::Result<Room> {
         let mut room = self.rig.room()?;
         room.show_pattern(self.test_pattern);

@@ -14,8 +14,6 @@ use super::{
 };
 #[cfg(feature = "window")]
 pub(super) use osp_app::tracker::TrackerAddress;
-#[cfg(feature = "window")]
-use osp_app::tracker::TrackerKey;
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::recording::Pace;
@@ -153,9 +151,6 @@ pub(super) struct TrackerArgs {
 }
 
 /// Without the window the value is not parsed; the command reports the missing feature.
-#[cfg(not(feature = "window"))]
-type TrackerKey = String;
-
 /// Send a session to a window, like a tracker (`osp sketch --tracker udp://…`).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -176,13 +171,9 @@ pub(super) struct SendArgs {
     /// Speed, as a multiple of the recorded speed.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
-    /// The key that the window requires (`osp sketch --tracker-key-file`). The list of processes shows the key to everybody
-    /// on this machine.
-    #[arg(long)]
-    pub(super) key: Option<TrackerKey>,
-    /// Read the key from a file of one line. Without --key-file and --key, osp reads the key from the variable
+    /// Read the key that the window requires from a file of one line. Without --key-file, osp reads the key from the variable
     /// OSP_TRACKER_KEY, if it is set.
-    #[arg(long, value_name = "FILE", conflicts_with = "key")]
+    #[arg(long, value_name = "FILE")]
     pub(super) key_file: Option<PathBuf>,
     /// Send OSC messages instead of lines of text.
     #[arg(long)]

@@ -52,7 +52,6 @@ pub(super) struct StudyArgs {
     play: PlayArgs,
 }
 
-/// A running study.
 struct Study<'a> {
     play: &'a PlayArgs,
     options: String,

@@ -17,7 +17,6 @@ use osp_session::{atomic_file::Destination, platform::host_name, small_file::ope
 /// First bytes of a study's results.
 pub(super) const START: &[u8] = b"{\"osp_study\":";
 
-/// Version of the fields.
 const VERSION: u32 = 1;
 /// Longest line that osp reads, in bytes. Lines of osp are far shorter.
 const MOST_LINE_BYTES: u64 = 16 << 20;

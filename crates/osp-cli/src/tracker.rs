@@ -8,7 +8,7 @@ use super::{output::warn, sketch_args::TrackerArgs};
 use osp_app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions};
 use osp_session::small_file::{open_regular, read_text};
 
-/// The environment variable that provides a key if the command line has none.
+/// The environment variable that provides a key if the command line names no file.
 const KEY_VARIABLE: &str = "OSP_TRACKER_KEY";
 
 /// Largest size of a key file in bytes: the key and some line ends.
@@ -26,7 +26,7 @@ impl TrackerArgs {
     /// Returns the options of the tracker. Prints a warning about insecure options. Reads a key only with a tracker.
     pub(super) fn options(&self) -> anyhow::Result<TrackerOptions> {
         let key = match self.tracker {
-            Some(_) => key(None, self.tracker_key_file.as_deref())?,
+            Some(_) => key(self.tracker_key_file.as_deref())?,
             None => None,
         };
         let options = TrackerOptions {
@@ -40,12 +40,9 @@ impl TrackerArgs {
     }
 }
 
-/// Returns the key of the command line, else of the file, else of the environment variable. An empty variable is an
+/// Returns the key of the file, else of the environment variable. An empty variable is an
 /// error, because without a key everybody could send.
-pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Result<Option<TrackerKey>> {
-    if word.is_some() {
-        return Ok(word.cloned());
-    }
+pub(super) fn key(file: Option<&Path>) -> anyhow::Result<Option<TrackerKey>> {
     let (from, text) = match (file, env::var_os(KEY_VARIABLE)) {
         (Some(path), _) => {
             let from = path.display().to_string();
@@ -56,48 +53,4 @@ pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Res
     };
     // The error does not contain the key.
     text.trim_end_matches(['\r', '\n']).parse().map(Some).map_err(|why| anyhow!("{from}: {why}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::Parser;
-
-    use super::*;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        tracker: TrackerArgs,
-    }
-
-    #[test]
-    fn a_key_comes_from_a_file_of_one_line() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("key");
-        let line = |args: &[&str]| Line::try_parse_from([&["osp", "--tracker", "udp://"], args].concat());
-        let file = ["--tracker-key-file", path.to_str().expect("plain text")];
-        let key = |args: &[&str]| {
-            let options = line(args).expect("options that are known").tracker.options()?;
-            anyhow::Ok(options.key.map(|key| key.as_str().to_owned()))
-        };
-        for text in ["from-a-file", "from-a-file\n", "from-a-file\r\n"] {
-            std::fs::write(&path, text).expect("written");
-            assert_eq!(key(&file).expect("a key").as_deref(), Some("from-a-file"));
-        }
-        let long = "secret".repeat(1000);
-        for (text, expected) in [
-            ("", "expected 1 to 64"),
-            ("\n", "expected 1 to 64"),
-            ("two secrets", "expected 1 to 64"),
-            ("secret\nsecret", "expected 1 to 64"),
-            (long.as_str(), "expected at most 128 bytes"),
-        ] {
-            std::fs::write(&path, text).expect("written");
-            let error = format!("{:#}", key(&file).expect_err(text));
-            let is_clear = error.starts_with(&format!("{}: {expected}", path.display()));
-            assert!(is_clear && !error.contains("secret"), "{error}");
-        }
-        std::fs::remove_file(&path).expect("removed");
-        assert!(format!("{:#}", key(&file).expect_err("no file")).starts_with(&path.display().to_string()));
-    }
 }

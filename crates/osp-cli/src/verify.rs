@@ -343,7 +343,6 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
     }
 }
 
-/// Verifies one view with all methods.
 fn verify_view(
     verifier: &mut Verifier,
     drawn: &mut Option<DrawnTrials>,

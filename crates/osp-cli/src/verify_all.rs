@@ -146,7 +146,6 @@ pub(super) struct Overview {
 }
 
 impl Overview {
-    /// Adds the results of a session.
     pub(super) fn add(&mut self, name: &str, polygons: u64, verifier: &Verifier) {
         let views = verifier.views();
         let mean = |sum: u64| sum as f64 / views.views.max(1) as f64;

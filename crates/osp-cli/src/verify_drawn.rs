@@ -38,7 +38,6 @@ fn all_drawn(in_view: usize) -> DrawnCounts {
     DrawnCounts { in_view: in_view as u64, second_pass: in_view as u64, ..DrawnCounts::default() }
 }
 
-/// Returns the median.
 fn median(values: impl Iterator<Item = u64>) -> u64 {
     let mut values: Vec<u64> = values.collect();
     values.sort_unstable();
@@ -119,7 +118,6 @@ impl DrawnTrials {
         Ok(Some(Self { trials, size, at_rest, adapter: gpu.name() }))
     }
 
-    /// Applies the changes of one frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         for trial in &mut self.trials {
             trial.drawer.renderer.follow(changes);

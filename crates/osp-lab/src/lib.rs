@@ -6,6 +6,8 @@
 //! [`mod@bench`] compares structures (feature `bench`). [`report`] makes tables, pages and charts. This crate may
 //! depend on all others except `osp-net`, `osp-app` and `osp-cli`.
 
+#![allow(missing_docs, reason = "only this workspace uses the crate; many names need no comment")]
+
 #[cfg(feature = "bench")]
 pub mod bench;
 #[cfg(feature = "report")]

@@ -12,11 +12,9 @@ pub struct Machine {
     pub processor: String,
     /// Number of hardware threads that this process may use.
     pub threads: usize,
-    /// Operating system and architecture.
     pub system: String,
     /// SIMD instruction set of the box tests.
     pub simd: String,
-    /// Version of the program.
     pub version: String,
     /// Commit of the build; it ends in `-dirty` if the working tree had changes.
     pub commit: String,
@@ -27,7 +25,6 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The current machine, and the program built from `commit`.
     pub fn here(commit: Option<&str>) -> Self {
         Self {
             processor: processor().unwrap_or_else(|| "unknown".to_owned()),

@@ -23,12 +23,9 @@ const NEARER: f64 = 1.0e-10;
 /// Width and height of a bin, pixels.
 const BIN: usize = 32;
 
-/// Resolution of the oracle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OracleConfig {
-    /// Width, pixels.
     pub width: usize,
-    /// Height, pixels.
     pub height: usize,
 }
 
@@ -42,7 +39,6 @@ impl Default for OracleConfig {
 /// A polygon that may be in view.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject {
-    /// The polygon's id.
     pub id: PolygonId,
     /// The polygon, world space. More than three corners are a fan around the first corner.
     pub polygon: ConvexPolygon,

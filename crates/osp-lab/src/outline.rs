@@ -22,10 +22,8 @@ pub enum Order {
 }
 
 impl Order {
-    /// Both orders.
     pub const ALL: [Self; 2] = [Self::InOrder, Self::BestFirst];
 
-    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::InOrder => "in-order",
@@ -37,11 +35,9 @@ impl Order {
 /// Work of ray traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Steps {
-    /// Number of nodes that were visited.
     pub nodes: u64,
     /// Number of boxes of nodes and of polygons that were tested.
     pub boxes: u64,
-    /// Number of polygons that were tested exactly.
     pub exact_tests: u64,
 }
 
@@ -77,7 +73,6 @@ struct OutlineNode {
 pub struct Outline {
     nodes: Vec<OutlineNode>,
     ids: Vec<PolygonId>,
-    /// The boxes of `ids`.
     boxes: Vec<Aabb>,
 }
 
@@ -89,7 +84,6 @@ struct Gatherer<'a> {
     depths: Vec<u32>,
     /// Index of the current node.
     at: u32,
-    /// Each polygon with the index of its node.
     owners: Vec<(u32, PolygonId)>,
 }
 

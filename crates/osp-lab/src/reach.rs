@@ -20,7 +20,6 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The inequalities of a view.
     pub fn new(view: &View) -> Self {
         let p = &view.projection;
         let [left, right, bottom, top, near_m, far_m] =

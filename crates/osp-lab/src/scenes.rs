@@ -9,7 +9,6 @@ use osp_session::recording::{Author, Event, NormalRule, StrokeId, Tool};
 /// Number of head poses of a scene.
 const VIEWS: usize = 24;
 
-/// The scenes by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestScene {
     /// Nine furnished rooms with doors, seen from inside: a few large walls hide nearly everything.
@@ -18,12 +17,10 @@ pub enum TestScene {
     Panels,
     /// Ribbons 4 cm wide in a 4 m cube, seen from outside: hardly any ribbon is large enough to hide another.
     NarrowRibbons,
-    /// Ribbons 20 cm wide.
     WideRibbons,
 }
 
 impl TestScene {
-    /// All scenes.
     pub const ALL: &'static [Self] = &[Self::Rooms, Self::Panels, Self::NarrowRibbons, Self::WideRibbons];
 
     /// The scene's name on the command line.
@@ -36,7 +33,6 @@ impl TestScene {
         }
     }
 
-    /// The scene with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|scene| scene.name() == name)
     }

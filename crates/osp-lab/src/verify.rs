@@ -18,10 +18,8 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Settings of a [`Verifier`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifyConfig {
-    /// The methods.
     pub kinds: Vec<Method>,
     /// Numbers of occluders, each used with every method.
     pub occluders: Vec<usize>,
@@ -61,7 +59,6 @@ pub struct Trial {
     totals: Totals,
 }
 
-/// Source of a method's occluders.
 enum OccluderSource {
     /// The best-scored polygons of the pool.
     Chosen(Box<ViewOcclusion>),
@@ -81,7 +78,6 @@ impl std::fmt::Debug for Trial {
 /// Sums over the views.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Number of verified views.
     pub views: u64,
     /// Number of measured frames of these views; the sums are over these frames.
     pub frames: u64,
@@ -91,23 +87,18 @@ pub struct Totals {
     pub first_false: Option<(u64, PolygonId)>,
     /// Number of hidden polygons that were culled.
     pub hidden_culled: u64,
-    /// Number of hidden polygons.
     pub hidden: u64,
     /// Number of polygons that the method left to draw.
     pub drawn: u64,
     /// Number of polygons that the method reported more than once, or that are not in the view.
     pub misreported: u64,
-    /// Number of occluders used.
     pub occluders: u64,
     /// Number of nodes of the culler, or of covered tiles.
     pub planes: u64,
-    /// Number of nodes tested.
     pub node_tests: u64,
     /// Number of polygons tested.
     pub polygon_tests: u64,
-    /// Time to select occluders, nanoseconds.
     pub select_ns: u64,
-    /// Time to build the culler, nanoseconds.
     pub build_ns: u64,
     /// Time to remove hidden polygons from the result of frustum culling, with all tests, as in a frame, nanoseconds.
     pub query_ns: u64,
@@ -126,7 +117,6 @@ impl Totals {
 }
 
 impl Trial {
-    /// The method's name.
     pub fn name(&self) -> &'static str {
         match &self.source {
             OccluderSource::Chosen(occlusion) => occlusion.culler().name(),
@@ -142,7 +132,6 @@ impl Trial {
         }
     }
 
-    /// Largest number of occluders of a view.
     pub fn occluders(&self) -> usize {
         self.occluders
     }
@@ -162,7 +151,6 @@ impl Trial {
 /// Sums over the views that do not depend on a method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ViewTotals {
-    /// Number of verified views.
     pub views: u64,
     /// Number of polygons in the frustum.
     pub in_view: u64,
@@ -411,7 +399,6 @@ impl Verifier {
     }
 }
 
-/// A view, and the data for culling it.
 struct ViewData<'a> {
     scene: &'a Scene,
     window: &'a ViewWindow,
@@ -428,7 +415,6 @@ impl ViewData<'_> {
         fastest(self.clock, self.repeats, ns, stage)
     }
 
-    /// Measures the frames of a camera at rest.
     fn at_rest(
         &self,
         last: &mut PreviousFrameOccluders,

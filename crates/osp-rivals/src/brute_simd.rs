@@ -19,7 +19,6 @@ pub struct BruteSimd {
 }
 
 impl BruteSimd {
-    /// An empty index.
     pub fn new(config: &IndexConfig) -> Self {
         let blocks = config.room().div_ceil(16);
         Self {

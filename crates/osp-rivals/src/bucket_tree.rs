@@ -41,7 +41,6 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The extent of a node, and the split of an inner node.
     type Cell: Copy + Send + Sync + std::fmt::Debug;
 
-    /// The cell of the root of an empty tree.
     fn root_cell(&self) -> Self::Cell;
 
     /// A cell that contains `root` and extends towards `center`, and the number of the child that `root` becomes. [`None`]
@@ -52,7 +51,6 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// Every child gets at least one polygon, or all children have smaller cells.
     fn split(&self, cell: &Self::Cell, items: &mut [Item]) -> Option<Self::Cell>;
 
-    /// The cell of a child of an inner node.
     fn child_cell(cell: &Self::Cell, child: usize) -> Self::Cell;
 
     /// The child of an inner node that contains a centre.
@@ -75,7 +73,6 @@ struct TreeNode<C> {
     first_child: u32,
     /// A leaf's chain of buckets.
     chain: u32,
-    /// Number of polygons in the node and below.
     polygons: u32,
     /// A leaf with more polygons than this is split. If no split separates them, the number is doubled. An inner node
     /// with more polygons than this is checked for balance. For an inner node, the number is 1.5 times the number of
@@ -95,7 +92,6 @@ pub(super) struct BucketTree<P: Partition> {
     partition: P,
     /// Largest number of polygons of a leaf. A subtree with half this number becomes a leaf again.
     leaf_capacity: u32,
-    /// All nodes; the first is the root.
     nodes: Vec<TreeNode<P::Cell>>,
     /// The first of a list of unused groups of [`Partition::ARITY`] nodes, linked by `parent`.
     first_free: u32,

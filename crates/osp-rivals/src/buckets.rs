@@ -56,7 +56,6 @@ pub(super) struct Buckets<const B: usize> {
 }
 
 impl<const B: usize> Buckets<B> {
-    /// Number of polygons of a bucket.
     const N: usize = B * LANES;
 
     pub(super) fn with_capacity(polygons: usize) -> Self {

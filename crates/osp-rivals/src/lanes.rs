@@ -64,7 +64,6 @@ impl BoxLanes {
         self.blocks.reserve(additional.div_ceil(LANES) + 1);
     }
 
-    /// Appends boxes.
     pub(super) fn append(&mut self, items: &[Item]) {
         for item in items {
             let lane = self.len % LANES;
@@ -95,13 +94,11 @@ impl BoxLanes {
         &self.ids[..self.len]
     }
 
-    /// The smallest box around a range.
     pub(super) fn bounds(&self, range: Range<usize>) -> Aabb {
         let parts = blocks_of(range).map(|(block, lanes)| self.blocks[block].around(lanes));
         parts.fold(Aabb::EMPTY, |all, part| all.union(&part))
     }
 
-    /// The ids of a block.
     #[inline(always)]
     fn ids_of(&self, block: usize) -> [u32; LANES] {
         let ids: &[PolygonId; LANES] =

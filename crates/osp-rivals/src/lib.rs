@@ -4,6 +4,8 @@
 //! Each index finds exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] lists
 //! all of them, including `Osp`. [`groups`] is a scene graph over indexes, for models whose groups move.
 
+#![allow(missing_docs, reason = "only this workspace uses the crate; many names need no comment")]
+
 mod as_printed;
 mod brute_simd;
 mod bsp;

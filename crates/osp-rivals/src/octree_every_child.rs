@@ -269,7 +269,6 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    /// The number of leaves, and of their polygons.
     struct Leaves(usize, usize);
 
     impl Visitor for Leaves {

@@ -18,7 +18,6 @@ use osp::{
 /// rebuilt. A larger limit makes cheaper commits and slower queries.
 const REFIT_LIMIT: f64 = 1.5;
 
-/// A builder of a [`FlatTree`].
 pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;

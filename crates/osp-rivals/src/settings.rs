@@ -43,7 +43,6 @@ impl Default for IndexSettings {
     }
 }
 
-/// A field of [`IndexSettings`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IndexSetting {
     /// [`IndexSettings::max_depth`].
@@ -61,7 +60,6 @@ pub enum IndexSetting {
 }
 
 impl IndexSetting {
-    /// All settings.
     pub const ALL: [Self; 6] =
         [Self::MaxDepth, Self::Cube, Self::CutNodes, Self::Buckets, Self::LeafCapacity, Self::MortonBits];
 

@@ -23,7 +23,6 @@ pub struct TimeOrder {
 }
 
 impl TimeOrder {
-    /// An empty index.
     pub fn new(config: &IndexConfig) -> Self {
         let blocks = config.room().div_ceil(16);
         let mut spare: Vec<Vec<Boxes<16>>> = Vec::new();

@@ -1,4 +1,3 @@
-/// Number of entries in the inline array.
 const INLINE: usize = 128;
 
 /// The nodes that a traversal has still to visit. The inline array suffices for trees of usual depth. Deeper trees use

@@ -1,6 +1,6 @@
 //! Files of sets that are damaged, forged, or of another model: each is refused, in bounded memory.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use glam::{UVec3, Vec3};
 use osp::polygon::PolygonId;
@@ -77,19 +77,6 @@ fn sets_come_back_as_they_were() {
     assert_eq!(folder.read(&bytes_of(&pvs), &scene).expect("whole"), pvs);
     let empty = Pvs::new(&Scene::new(), cells(), 9).expect("no bytes");
     assert_eq!(folder.read(&bytes_of(&empty), &Scene::new()).expect("whole"), empty);
-}
-
-#[test]
-fn a_file_is_refused_wherever_it_is_cut_off() {
-    let (scene, folder) = (model(200, 1.0), Folder::new());
-    let bytes = bytes_of(&sets(&scene));
-    for end in 0..bytes.len() {
-        let error = folder.read(&bytes[..end], &scene).expect_err("cut off").to_string();
-        assert!(error.contains("sets.pvs, byte ") && error.contains("expected "), "{end}: {error}");
-    }
-    // Nor may anything follow.
-    assert!(folder.read(&[&bytes[..], b"\0"].concat(), &scene).is_err());
-    assert!(folder.read(&[&bytes[..], &bytes[..]].concat(), &scene).is_err());
 }
 
 #[test]
@@ -171,20 +158,6 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
         assert!(error.contains("osp bake makes it again"), "{what}: {error}");
     }
     assert!(folder.read(&bytes, &model(200, 1.0)).is_ok(), "the same model, made again");
-}
-
-#[test]
-fn what_is_no_file_of_sets_is_named() {
-    let (scene, folder) = (Scene::new(), Folder::new());
-    let error = |path: &Path| Pvs::read(path, &scene).expect_err("no sets").to_string();
-    assert!(error(folder.0.path()).contains("expected a regular file; found a folder"));
-    assert!(error(Path::new("no/such.pvs")).starts_with("no/such.pvs: "));
-    let mut old = bytes_of(&sets(&model(5, 1.0)));
-    old[8] = b'1';
-    let said = folder.read(&old, &scene).expect_err("an older format").to_string();
-    assert!(said.contains("osp bake makes it again"), "{said}");
-    #[cfg(unix)]
-    assert!(error(Path::new("/dev/zero")).contains("expected a regular file; found a pipe or a device"));
 }
 
 #[test]

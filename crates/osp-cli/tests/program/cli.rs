@@ -31,20 +31,6 @@ fn small_session(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn replay_prints_a_table_with_every_default_index() {
-    let folder = temp();
-    let output = OSP.run(["replay", small_session(folder.path()).to_str().expect("utf-8")]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let text = stdout(&output);
-    for name in
-        ["brute-force", "osp-paper", "osp ", "octree-rebuild", "240 points", "All indexes found the same"]
-    {
-        assert!(text.contains(name), "{name} is missing in\n{text}");
-    }
-    assert!(stderr(&output).is_empty(), "no progress bar in a pipe: {}", stderr(&output));
-}
-
-#[test]
 fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
     let folder = temp();
     let report = OSP.json(["replay", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
@@ -257,15 +243,6 @@ fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
     assert!(stdout(&output).contains("239 points"), "{}", stdout(&output));
-}
-
-#[test]
-fn an_empty_session_is_no_error() {
-    let folder = temp();
-    let path = folder.path().join("empty.ron");
-    fs::write(&path, "Header(format: 1)\n").expect("written");
-    let said = OSP.done(["replay", path.to_str().expect("utf-8")]);
-    assert!(said.contains("nothing to measure"), "{said}");
 }
 
 #[test]

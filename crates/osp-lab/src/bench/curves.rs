@@ -8,7 +8,6 @@ const GROUPS: usize = 240;
 /// Prefix of the names of synthetic models; the number of polygons follows.
 pub(super) const SYNTHETIC: &str = "scribble-";
 
-/// The name of the synthetic model with this number of polygons.
 pub(super) fn synthetic_name(polygons: u32) -> String {
     format!("{SYNTHETIC}{polygons}")
 }

@@ -15,10 +15,8 @@ use osp_session::{
 
 const PART: &str = "flight";
 
-/// One frame of a flight.
 #[derive(Clone, Copy, Debug, Default)]
 struct Flown {
-    /// Number of polygons in view.
     in_view: u64,
     /// Number of polygons after occlusion culling.
     drawn: u64,

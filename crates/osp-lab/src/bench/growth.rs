@@ -212,7 +212,6 @@ impl<'a> Subject<'a> {
         self.most - self.inserted - self.more
     }
 
-    /// Measures a frame that inserts `batch` polygons.
     fn frame(&mut self, batch: usize, frustum: &Frustum) -> Frame {
         let first = self.inserted + self.more;
         let start = Instant::now();

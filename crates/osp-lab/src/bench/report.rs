@@ -6,16 +6,12 @@ use crate::rows::Rows;
 /// Largest number of printed faults if a page has all of them.
 const MOST_FAULTS: usize = 8;
 
-/// The results of a run of `osp bench`.
 #[derive(Clone, Debug, Serialize)]
 pub struct BenchReport {
-    /// Machine of the measurement.
     pub machine: Machine,
     /// The arguments that repeat the run.
     pub command: String,
-    /// The reference index, with which the others are compared.
     pub reference: String,
-    /// Measured rows.
     #[serde(flatten)]
     pub rows: Rows,
 }
@@ -75,7 +71,6 @@ impl BenchReport {
     }
 }
 
-/// Whether a part is one of the paper's experiments.
 fn is_paper(part: &str) -> bool {
     part.starts_with("paper-")
 }

@@ -16,10 +16,8 @@ use osp_session::{
 
 const PART: &str = "session";
 
-/// A session and the settings of its measurement.
 #[derive(Clone, Debug)]
 pub struct SessionInput {
-    /// Name of the recording.
     pub recording: String,
     /// Summary of the session at this pace.
     pub summary: Summary,
@@ -141,7 +139,6 @@ fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     chunks().flat_map(some).collect()
 }
 
-/// The frames that are in both lists. Both lists are sorted by frame.
 fn same_frames<'a>(
     of: &'a [FrameRecord],
     against: &'a [FrameRecord],

@@ -43,17 +43,13 @@ const LEVEL: i32 = 9;
 /// Level 9 uses a window of at most 2^22 bytes; a much larger limit would waste memory.
 const WINDOW_LOG: u32 = 23;
 
-/// The error of a file of potentially visible sets.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages describe them")]
 pub enum PvsError {
-    /// The file could not be opened, read or written.
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },
-    /// The file is damaged, or has another format. Bytes count from 0.
     #[error("{}, byte {offset}: expected {expected}; found {found}", path.display())]
     Damaged { path: PathBuf, offset: u64, expected: String, found: String },
-    /// The file belongs to another model, or to another state of the same model.
     #[error(
         "{}, byte {MODEL_AT}: made of another model: expected {expected}; found {found}; osp bake makes it again",
         path.display()
@@ -72,7 +68,6 @@ struct Head {
     samples: u32,
 }
 
-/// A reader of the header's fields, with the offset of the next field for errors.
 struct Fields<'a> {
     bytes: &'a [u8],
     offset: u64,

@@ -108,7 +108,6 @@ pub fn fingerprint_of_model(geometry: &dyn Geometry) -> u64 {
 /// The sets of all cells.
 #[derive(Clone, PartialEq)]
 pub struct Pvs {
-    /// The cells.
     pub cells: ViewCells,
     /// Number of polygons of the model, visible or not.
     pub polygons: usize,
@@ -161,7 +160,6 @@ impl Pvs {
         Ok(Self { cells, polygons, model: fingerprint_of_model(scene), samples, sets })
     }
 
-    /// Size of all sets, bytes.
     pub fn bytes(&self) -> usize {
         self.sets.len() * size_of::<u64>()
     }

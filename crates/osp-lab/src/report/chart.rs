@@ -11,7 +11,6 @@ use super::{
     run::{Measured, RunReport},
 };
 
-/// Size of a chart, pixels.
 const SIZE: (u32, u32) = (1280, 720);
 /// Width of a median's curve, pixels.
 const LINE_PIXELS: u32 = 3;
@@ -39,7 +38,6 @@ impl Picture for FrameTimes<'_> {
     }
 }
 
-/// A group of consecutive frames.
 struct Group {
     frame: f64,
     median_us: f64,

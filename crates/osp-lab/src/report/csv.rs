@@ -3,7 +3,6 @@ use std::io::{self, Write};
 use super::{RigReport, RunReport};
 use osp_session::replay::LaneFrame;
 
-/// A writer of one CSV line per index and frame.
 #[derive(Debug)]
 pub struct CsvWriter<W> {
     out: W,

@@ -11,16 +11,13 @@ pub struct DrawReport {
     gpu_ns: [Vec<u64>; 3],
 }
 
-/// Counts and times of culling while drawing, for one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawnWhileCulling {
-    /// Number of groups of polygons tested.
     pub groups_tested: u64,
     /// Number of polygons drawn in the depth pass.
     pub first_pass: u64,
     /// Number of polygons drawn in the colour pass.
     pub second_pass: u64,
-    /// Number of polygons that were found to be hidden.
     pub hidden: u64,
     /// GPU times of depth pass, test and colour pass, nanoseconds, if the adapter supports timestamps.
     pub gpu_ns: Option<[u64; 3]>,
@@ -33,7 +30,6 @@ impl DrawReport {
         insert(&mut self.send_ns, send_ns);
     }
 
-    /// Adds the culling counts of a frame.
     pub fn add_culling(&mut self, frame: DrawnWhileCulling) {
         let (frames, sum) = self.culling.get_or_insert_default();
         *frames += 1;
@@ -46,7 +42,6 @@ impl DrawReport {
         }
     }
 
-    /// Whether frames were culled while drawing.
     pub fn has_culling(&self) -> bool {
         self.culling.is_some()
     }
@@ -61,7 +56,6 @@ impl DrawReport {
         (!self.gpu_ns[0].is_empty()).then(|| [0, 1, 2].map(|pass| at(&self.gpu_ns[pass], 0.5)))
     }
 
-    /// Number of frames drawn.
     pub fn frames(&self) -> u64 {
         self.draw_ns.len() as u64
     }

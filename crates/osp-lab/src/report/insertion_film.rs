@@ -22,11 +22,9 @@ use osp::{
 use osp_rivals::{OctreePaper, OctreePaperConfig, OspGrid, OspNode, OspPaper};
 use osp_session::scene::Scene;
 
-/// Width and height of the film, pixels.
 const SIZE: (u32, u32) = (960, 640);
 /// Height of the upper half of the film, pixels.
 const UPPER: u32 = 410;
-/// Margin around the cube, pixels.
 const MARGIN: f64 = 34.0;
 /// Duration of a picture, hundredths of a second.
 const STEP: u16 = 45;
@@ -41,7 +39,6 @@ const OF_AXIS: [RGBColor; 3] = [ORANGE, GREEN, PURPLE];
 /// The first polygons of a model, which are inserted into the two trees one after the other.
 #[derive(Clone, Debug)]
 pub struct InsertionFilm<'a> {
-    /// The title above the film.
     pub title: String,
     /// The model.
     pub scene: &'a Scene,
@@ -53,7 +50,6 @@ pub struct InsertionFilm<'a> {
     pub levels: u32,
 }
 
-/// Work of inserting one polygon into both trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InsertionWork {
     /// Number of planes that the paper's OSP tree tests.
@@ -64,7 +60,6 @@ pub struct InsertionWork {
     pub octree_inserted: u64,
 }
 
-/// The two trees of the film.
 struct Trees {
     paper: OspPaper,
     octree: OctreePaper,
@@ -378,61 +373,5 @@ impl Cube {
             }
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use osp_session::{
-        recording::{Author, Event},
-        replay::Player,
-    };
-
-    /// Small squares, one cut by the first plane, and one outside the cube.
-    fn scene() -> Scene {
-        let square = |x: f32, y: f32, z: f32| Event::Polygon {
-            author: Author::SOLE,
-            t: 0.0,
-            stroke: None,
-            vertices: [(0.0, 0.0), (0.2, 0.0), (0.2, 0.2), (0.0, 0.2)]
-                .map(|(u, v)| Vec3::new(x + u, y + v, z))
-                .to_vec(),
-            color: (0.5, 0.5, 0.5, 1.0),
-        };
-        let places = [(0.6, 0.6, 0.6), (-0.1, 0.5, 0.5), (-0.8, -0.8, -0.8), (3.0, 0.0, 0.0)];
-        let events = places.map(|(x, y, z)| Ok(square(x, y, z)));
-        let mut player = Player::new(events.into_iter(), "samples:1".parse().expect("a pace"));
-        while player.step().expect("events") {}
-        player.into_state().scene
-    }
-
-    #[test]
-    fn the_octree_moves_all_polygons_and_the_papers_tree_none() {
-        let scene = scene();
-        let polygons: Vec<PolygonId> = scene.visible_ids().collect();
-        let film = InsertionFilm {
-            title: String::new(),
-            scene: &scene,
-            polygons,
-            root: Aabb::cube(Vec3::ZERO, 2.0),
-            levels: 4,
-        };
-        let work = film.work().expect("finite polygons");
-        assert_eq!(work.iter().map(|work| work.octree_inserted).collect::<Vec<_>>(), [1, 2, 3, 4]);
-        // The first and the third polygon reach a leaf, the second the first plane. The last is outside the tree.
-        assert_eq!(work.iter().map(|work| work.osp_planes).collect::<Vec<_>>(), [4, 1, 4, 0]);
-        assert!(work.windows(2).all(|pair| pair[0].octree_planes < pair[1].octree_planes), "{work:?}");
-        let mut delays = Vec::new();
-        let (width, height) = film.size();
-        film.draw(|rgb, delay| {
-            assert_eq!(rgb.len(), width as usize * height as usize * 3);
-            delays.push(delay);
-            Ok(())
-        })
-        .expect("drawn");
-        let falling = [STEP; 4].into_iter().chain([REST]);
-        let expected: Vec<u16> = falling.clone().chain([REST]).chain(falling).chain([REST]).collect();
-        assert_eq!(delays, expected);
     }
 }

@@ -30,7 +30,6 @@ fn quantiles(at: impl Fn(f64) -> f64) -> Value {
     json!({ "p50": at(0.5), "p95": at(0.95), "p99": at(0.99), "max": at(1.0) })
 }
 
-/// Adds the keys of one object to another.
 fn extend(object: &mut Value, more: Value) {
     if let (Value::Object(object), Value::Object(more)) = (object, more) {
         object.extend(more);

@@ -42,7 +42,7 @@ pub use numbers::{short, thousands};
 #[cfg(feature = "bench")]
 pub(crate) use palette::{LineStyle, css_variables};
 #[cfg(feature = "bench")]
-pub(crate) use picture::register_font;
+pub(crate) use picture::{Area, Backend, Drawn, Picture, pixels};
 #[cfg(feature = "bench")]
 pub use picture::{ChartError, ChartFormat, Side};
 pub use pins::{Pin, PinError, Pins, pinned_name};

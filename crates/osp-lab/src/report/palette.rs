@@ -81,9 +81,7 @@ const METHOD_MARKS: [Mark; 4] = [Mark::Ring, Mark::HollowSquare, Mark::HollowTri
 /// Lengths of dash and gap of dashed lines, pixels.
 const DASHES: [Option<(u32, u32)>; 3] = [None, Some((9, 5)), Some((2, 4))];
 
-/// Length of a line in a legend, pixels.
 pub(crate) const SAMPLE_PIXELS: i32 = 36;
-/// Number of marks on a curve.
 const MARKS: usize = 8;
 /// Largest number of points of a curve that are drawn as dots.
 const FEW_POINTS: usize = 12;
@@ -94,7 +92,6 @@ type MarkElement<DB> = ComposedElement<Point, DB, Polygon<Point>, PathElement<Po
 pub(crate) type Sample<DB> =
     ComposedElement<Point, DB, DashedPathElement<std::array::IntoIter<Point, 2>, u32>, MarkElement<DB>>;
 
-/// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LineStyle {
     color: RGBColor,
@@ -141,7 +138,6 @@ impl LineStyle {
         css_name(self.color).unwrap_or("--ink")
     }
 
-    /// The mark as a character.
     pub(crate) fn mark_character(self) -> &'static str {
         match self.mark {
             Mark::None => "",
@@ -155,12 +151,10 @@ impl LineStyle {
         }
     }
 
-    /// A faint version of the curve.
     pub(crate) fn faint(self) -> ShapeStyle {
         self.color.mix(0.3).into()
     }
 
-    /// Draws a curve through points.
     pub(crate) fn draw<'b, DB, X, Y>(
         self,
         chart: &mut ChartContext<'b, DB, Cartesian2d<X, Y>>,
@@ -338,35 +332,5 @@ mod tests {
             assert_eq!(LineStyle::of_method("osp", number, "none"), LineStyle::of_structure("osp"));
         }
         assert_eq!(methods[0], "none");
-    }
-
-    /// The contrast ratio of the Web Content Accessibility Guidelines 2.1.
-    fn contrast(a: RGBColor, b: RGBColor) -> f64 {
-        let luminance = |RGBColor(r, g, b): RGBColor| {
-            let linear = |c: u8| match f64::from(c) / 255.0 {
-                c if c <= 0.040_45 => c / 12.92,
-                c => ((c + 0.055) / 1.055).powf(2.4),
-            };
-            0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b)
-        };
-        let (a, b) = (luminance(a), luminance(b));
-        (a.max(b) + 0.05) / (a.min(b) + 0.05)
-    }
-
-    #[test]
-    fn lines_stand_out_from_the_ground_and_from_each_other_in_both_themes() {
-        assert!((contrast(INK, RGBColor(255, 255, 255)) - 21.0).abs() < 1.0e-9);
-        for theme in [(|shade| shade.light) as fn(&Shade) -> RGBColor, |shade| shade.dark] {
-            for (at, a) in LINES.iter().enumerate() {
-                let to_ground = contrast(theme(a), theme(&GROUND));
-                assert!(to_ground >= 3.0, "{}: {to_ground}", a.name);
-                for b in &LINES[..at] {
-                    let ((x, y), square) =
-                        ((theme(a), theme(b)), |a: u8, b: u8| (f64::from(a) - f64::from(b)).powi(2));
-                    let apart = (square(x.0, y.0) + square(x.1, y.1) + square(x.2, y.2)).sqrt();
-                    assert!(apart > 60.0, "{} and {}: {apart}", a.name, b.name);
-                }
-            }
-        }
     }
 }

@@ -16,7 +16,6 @@ use thiserror::Error;
 use osp::math::Aabb;
 use osp_session::atomic_file::write_atomically;
 
-/// The error of a chart.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages describe them")]
 pub enum ChartError {
@@ -53,19 +52,19 @@ impl ChartFormat {
 }
 
 /// A part of a picture.
-pub(super) type Area<B> = DrawingArea<B, Shift>;
+pub(crate) type Area<B> = DrawingArea<B, Shift>;
 
 /// A target of drawing whose errors can be boxed.
-pub(super) trait Backend: DrawingBackend<ErrorType: 'static> {}
+pub(crate) trait Backend: DrawingBackend<ErrorType: 'static> {}
 
 impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
 
 /// A picture that can be drawn in pixels and as vectors.
-pub(super) trait Picture {
+pub(crate) trait Picture {
     fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn;
 }
 
-pub(super) type Drawn = Result<(), Box<dyn Error>>;
+pub(crate) type Drawn = Result<(), Box<dyn Error>>;
 
 /// Draws a picture of this size in pixels to an `.svg` or `.png` file, which is written completely or not at all.
 pub(super) fn write(picture: &impl Picture, path: &Path, size: (u32, u32)) -> Result<(), ChartError> {
@@ -101,8 +100,7 @@ fn encode(
     }
 }
 
-/// The pixels of a picture: red, green and blue, by rows from the top.
-pub(super) fn pixels(picture: &impl Picture, (width, height): (u32, u32)) -> Result<Vec<u8>, Box<dyn Error>> {
+pub(crate) fn pixels(picture: &impl Picture, (width, height): (u32, u32)) -> Result<Vec<u8>, Box<dyn Error>> {
     register_font();
     let mut rgb = vec![0; width as usize * height as usize * 3];
     picture.draw_on(&BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area())?;
@@ -110,7 +108,7 @@ pub(super) fn pixels(picture: &impl Picture, (width, height): (u32, u32)) -> Res
 }
 
 /// Registers a font for text, because the machine may have none. In a browser the browser's font is used.
-pub(crate) fn register_font() {
+fn register_font() {
     #[cfg(not(target_arch = "wasm32"))]
     register_own_font();
 }
@@ -152,7 +150,6 @@ impl Side {
         }
     }
 
-    /// The horizontal and vertical coordinate in the picture.
     fn project(self, p: Vec3) -> DVec2 {
         let p = p.as_dvec3();
         match self {
@@ -216,7 +213,6 @@ pub(super) fn middle(outline: &[DVec2]) -> Option<DVec2> {
     (!outline.is_empty()).then(|| outline.iter().sum::<DVec2>() / outline.len() as f64)
 }
 
-/// Fills a convex outline.
 pub(super) fn fill<B: Backend>(area: &Area<B>, outline: &[DVec2], color: RGBAColor) -> Drawn {
     if outline.len() >= 3 {
         area.draw(&Polygon::new(outline.iter().map(point).collect::<Vec<_>>(), color.filled()))?;

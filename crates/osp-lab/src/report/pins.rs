@@ -26,26 +26,19 @@ pub struct Pins {
 pub struct Pin {
     /// The recording, as a path relative to the folder of the pins with `/` as separator (see [`pinned_name`]).
     pub recording: String,
-    /// The pace, as on the command line.
     pub pace: String,
-    /// The camera, as on the command line.
     pub camera: String,
-    /// Number of frames of the replay.
     pub frames: u64,
-    /// Fingerprint of all frames.
     pub fingerprint: String,
     /// Fingerprint of each sixteenth of the session.
     pub parts: Vec<String>,
 }
 
-/// The error of a file of pins.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages describe them")]
 pub enum PinError {
-    /// The file cannot be read or written.
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },
-    /// The file is not a list of pins.
     #[error("{}, line {}: expected a list of pinned fingerprints; {}", path.display(), cause.span.start.line, cause.code)]
     Format { path: PathBuf, cause: Box<ron::error::SpannedError> },
 }
@@ -110,7 +103,6 @@ pub fn pinned_name(recording: &Path, pins: &Path) -> String {
 }
 
 impl Pins {
-    /// Reads a file of pins.
     pub fn read(path: &Path) -> Result<Self, PinError> {
         let text = small_file::read_text(path, MOST_BYTES)
             .map_err(|cause| PinError::Io { path: path.to_owned(), cause })?;

@@ -11,9 +11,7 @@ use super::{
 use osp::math::Aabb;
 use osp_session::rig::{Rig, Screen};
 
-/// Size of the picture, pixels.
 const SIZE: (u32, u32) = (1280, 640);
-/// Margin of the drawing, pixels.
 const MARGIN: f64 = 60.0;
 
 /// A drawing of a rig's room from above and from the front: the screens, the head, and its frustum through each screen.

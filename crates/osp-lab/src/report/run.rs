@@ -18,9 +18,7 @@ const WARM_UP: (u64, u64) = (1, 2);
 /// same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
-    /// Name of the index.
     pub index: String,
-    /// Number of frames of the session.
     session_frames: u64,
     measured: Vec<Measured>,
     /// Number of allocations in insertion and culling over the second half of the session.
@@ -28,9 +26,7 @@ pub struct RunReport {
     fingerprint: SessionFingerprint,
     /// Number and fingerprint of each replayed frame.
     pub frames: Vec<(u64, u64)>,
-    /// Memory of the index at the end, bytes.
     pub bytes: usize,
-    /// Number of changes that the index refused.
     pub refused: u64,
     /// Occlusion culling, if the run used it.
     pub occlusion: Option<OcclusionReport>,
@@ -40,10 +36,8 @@ pub struct RunReport {
     pub views: Option<ViewsReport>,
 }
 
-/// The report of occlusion culling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OcclusionReport {
-    /// Name of the method.
     pub method: &'static str,
     /// The node test and the occluder score of the method.
     pub tests: (NodeTest, Score),
@@ -56,7 +50,6 @@ pub struct OcclusionReport {
 }
 
 impl OcclusionReport {
-    /// A report without frames.
     pub fn new(method: &'static str, polygon_ns: f64) -> Self {
         Self {
             method,
@@ -68,7 +61,6 @@ impl OcclusionReport {
     }
 }
 
-/// A measured frame.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) frame: u64,
@@ -118,7 +110,6 @@ impl RunReport {
         }
     }
 
-    /// Adds a frame.
     pub fn add(&mut self, frame: &LaneFrame) {
         let record = &frame.record;
         self.fingerprint.add(record.frame, frame.in_view);
@@ -149,7 +140,6 @@ impl RunReport {
         });
     }
 
-    /// Number of measured frames.
     pub fn measured_frames(&self) -> u64 {
         self.measured.len() as u64
     }
@@ -211,7 +201,6 @@ impl RunReport {
         self.mean(|m| m.visible)
     }
 
-    /// Mean number of culled polygons over the session.
     pub fn culled_mean(&self) -> f64 {
         self.mean(|m| m.culled)
     }
@@ -261,7 +250,6 @@ impl RunReport {
         self.frames.len() as u64 == self.session_frames
     }
 
-    /// Fingerprint of all replayed frames.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint.value()
     }
@@ -295,23 +283,16 @@ impl RunReport {
 pub struct ReplayReport {
     /// Name of the file.
     pub recording: String,
-    /// Number of strokes of the session.
     pub strokes: u64,
-    /// Number of control points.
     pub points: u64,
-    /// Number of polygons created.
     pub polygons: u64,
-    /// Number of frames played.
     pub frames: u64,
-    /// The pace, as on the command line.
     pub pace: String,
     /// The camera, as on the command line; with a rig also the rig's name and settings.
     pub camera: String,
-    /// The rig, if frames were culled for its screens.
     pub rig: Option<RigReport>,
     /// How undisturbed the runs were.
     pub load: Load,
-    /// One run for each index.
     pub runs: Vec<RunReport>,
 }
 

@@ -30,31 +30,3 @@ impl ShadowStructure {
         dot
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use glam::Vec3;
-    use osp::{
-        occlusion::ShadowVolume,
-        view::{Projection, View},
-    };
-
-    use crate::shadows::{ShadowForm, ShadowSteps};
-
-    #[test]
-    fn dot_names_planes_and_shadows() {
-        let projection = Projection::symmetric(90.0, 1.0, 0.1, 10.0);
-        let window = View::look_at(Vec3::ZERO, Vec3::NEG_Z, projection).window().expect("a window");
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let corners = corners.map(|(x, y)| Vec3::new(x, y, -2.0));
-        let occluders = [ShadowVolume::of_polygon(&corners, &window).expect("an occluder")];
-        let step =
-            ShadowSteps::new(ShadowForm::Conservative, &window, &occluders).step(9, &window, &occluders);
-        let dot = step.structure.to_dot("a \"name\"");
-        assert!(dot.contains(r#"label="a \"name\"";"#), "{dot}");
-        assert_eq!(dot.matches(" of occluder A\"").count(), 4);
-        assert_eq!(dot.matches("\"unoccluded\"").count(), 4);
-        assert_eq!(dot.matches("\"in the shadow of A\"").count(), 1);
-        assert_eq!(dot.matches(" -> ").count(), 8);
-    }
-}

@@ -2,13 +2,9 @@
 
 use crate::{
     oracle::{OracleConfig, Sight},
-    shadows::{ShadowForm, ShadowStep, ShadowSteps, ShadowView},
+    shadows::{ShadowStep, ShadowSteps, ShadowView},
 };
-use osp::{
-    occlusion::{SelectConfig, ShadowVolume},
-    polygon::PolygonId,
-    view::View,
-};
+use osp::{occlusion::SelectConfig, polygon::PolygonId, view::View};
 use osp_session::scene::Scene;
 
 /// A view of a model: its occluders, and the polygons in view with their true visibility.
@@ -16,7 +12,7 @@ use osp_session::scene::Scene;
 pub struct ShadowLook<'a> {
     /// The polygons.
     pub(super) scene: &'a Scene,
-    pub(super) view: ShadowView,
+    pub view: ShadowView,
     pub(super) in_view: Vec<(PolygonId, Sight)>,
 }
 
@@ -28,22 +24,6 @@ impl<'a> ShadowLook<'a> {
         Some(Self { scene, in_view: view.sights(scene, truth), view })
     }
 
-    /// The occluders, best first, with the eye as the origin.
-    pub fn occluders(&self) -> &[ShadowVolume] {
-        &self.view.occluders
-    }
-
-    /// Fraction of the window that an occluder fills.
-    pub fn share(&self, occluder: &ShadowVolume) -> f64 {
-        self.view.share(occluder)
-    }
-
-    /// The steps of the tree of these occluders.
-    pub fn steps(&self, form: ShadowForm) -> ShadowSteps {
-        self.view.steps(form)
-    }
-
-    /// Number of polygons that are truly hidden.
     pub fn hidden(&self) -> usize {
         self.in_view.iter().filter(|(_, sight)| *sight == Sight::Hidden).count()
     }
@@ -69,13 +49,11 @@ impl<'a> ShadowLook<'a> {
 /// A step of a tree, and the polygons that it hides.
 #[derive(Clone, Debug)]
 pub struct ShadowPanel {
-    /// The step.
     pub step: ShadowStep,
     /// For each polygon in view, whether the tree hides its box.
     pub(super) culled: Vec<bool>,
 }
 
-/// Counts of the polygons that a tree culls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShadowCounts {
     /// Number of culled polygons that are truly hidden.

@@ -32,10 +32,8 @@ const WIDTH: u32 = 960;
 /// Heights of the three parts, pixels: first the title with the window, then the shadows and the tree, then the legend
 /// below all columns.
 const HEIGHTS: [u32; 3] = [572, 430, 128];
-/// Width of the picture of the shadows, pixels.
 const PLAN_WIDTH: u32 = 430;
 const MARGIN: f32 = 24.0;
-/// Largest number of planes for which a picture writes their numbers.
 const MOST_NUMBERS: usize = 60;
 /// Least distance between two leaves of a tree for which its nodes have numbers, pixels.
 const LEAST_STEP: f32 = 15.0;
@@ -50,13 +48,11 @@ const SHADOW: RGBColor = RGBColor(40, 60, 110);
 /// A picture of a view's occluders and of the tree of each form, with a column for each form.
 #[derive(Clone, Debug)]
 pub struct ShadowPicture<'a> {
-    /// The title above the picture.
     pub title: String,
     /// The view.
     pub look: &'a ShadowLook<'a>,
     /// The forms, from left to right.
     pub panels: Vec<ShadowPanel>,
-    /// The side from which the shadows are seen.
     pub side: Side,
 }
 
@@ -133,7 +129,7 @@ impl ShadowPicture<'_> {
                 fill(area, &window.directions(&node.cell), SHADOW.mix(0.3))?;
             }
         }
-        for occluder in self.look.occluders() {
+        for occluder in &self.look.view.occluders {
             stroke(area, &window.clipped(occluder.corners()), ORANGE.to_rgba(), 3)?;
         }
         for &(id, color, _) in &order[found..] {
@@ -158,11 +154,11 @@ impl ShadowPicture<'_> {
                 }
             }
         }
-        if self.look.occluders().len() <= MOST_NAMES {
-            for (i, occluder) in self.look.occluders().iter().enumerate() {
+        if self.look.view.occluders.len() <= MOST_NAMES {
+            for (i, occluder) in self.look.view.occluders.iter().enumerate() {
                 let outline = window.clipped(occluder.corners());
                 let Some(middle) = middle(&outline) else { continue };
-                let text = format!("{} {:.1} %", occluder_name(i), 100.0 * self.look.share(occluder));
+                let text = format!("{} {:.1} %", occluder_name(i), 100.0 * self.look.view.share(occluder));
                 let half = (text.len() as i32 * 5, 10);
                 let (x, y) = point(&middle);
                 let back = [(x - half.0, y - half.1), (x + half.0, y + half.1)];
@@ -187,12 +183,12 @@ impl ShadowPicture<'_> {
             fill(area, &outline(id), VISIBLE.mix(0.35))?;
         }
         // More shadows are more transparent, so that the polygons stay visible.
-        let opacity = (1.6 / look.occluders().len().max(1) as f64).min(0.13);
+        let opacity = (1.6 / look.view.occluders.len().max(1) as f64).min(0.13);
         // The shadows extend beyond the picture.
         let reach_m = f64::from(bounds.extent().length());
         let far =
             |direction: DVec3| plan.pixel(eye + (direction.normalize_or_zero() * reach_m * 2.0).as_vec3());
-        for occluder in look.occluders() {
+        for occluder in &look.view.occluders {
             let corners = occluder.corners();
             let at = |v: &DVec3| plan.pixel(eye + v.as_vec3());
             let shadow = corners.iter().map(at).chain(corners.iter().map(|v| far(*v)));
@@ -204,11 +200,11 @@ impl ShadowPicture<'_> {
             fill(area, &outline, color.mix(0.8))?;
             stroke(area, &outline, color.mix(0.8), if culled { 2 } else { 1 })?;
         }
-        for (i, occluder) in look.occluders().iter().enumerate() {
+        for (i, occluder) in look.view.occluders.iter().enumerate() {
             let outline: Vec<DVec2> =
                 occluder.corners().iter().map(|v| plan.pixel(eye + v.as_vec3())).collect();
             stroke(area, &outline, ORANGE.to_rgba(), 3)?;
-            if look.occluders().len() <= MOST_NAMES
+            if look.view.occluders.len() <= MOST_NAMES
                 && let Some(middle) = middle(&outline)
             {
                 write_at(area, &occluder_name(i), middle, 17, &RGBColor(150, 80, 0))?;
@@ -387,7 +383,6 @@ impl Plan {
         kept
     }
 
-    /// The part of a line inside the picture, from an end inside it.
     fn clipped_line(&self, from: DVec2, to: DVec2) -> Vec<DVec2> {
         let along = to - from;
         let until = |from: f64, along: f64, size: f64| match along {

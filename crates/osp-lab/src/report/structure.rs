@@ -12,7 +12,6 @@ use osp::{
 };
 use osp_rivals::OspPaper;
 
-/// Largest number of nodes in a picture of a tree.
 pub(super) const MOST_TREE_NODES: usize = 500;
 
 /// Largest number of polygons of a node whose numbers are written.
@@ -27,16 +26,13 @@ pub struct SplitOutline {
     pub corners: Vec<Vec3>,
 }
 
-/// A node of an index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StructureNode {
     /// A box around all polygons of the node's subtree.
     pub bounds: Aabb,
-    /// Depth of the node, 0 for the root.
     pub depth: u32,
     /// Number of polygons of the subtree, as the index counts them.
     pub polygons: usize,
-    /// Index of the parent node.
     pub parent: Option<usize>,
     /// Number of descendants that [`Structure::collapsed`] skipped.
     pub left_out: usize,
@@ -49,7 +45,6 @@ pub struct StructureNode {
 pub struct NodeFields {
     /// The axis that the node's plane cuts.
     pub axis: usize,
-    /// The position of the plane on that axis, metres.
     pub plane_m: f32,
     /// The paper's `IsLeaf`.
     pub is_leaf: bool,
@@ -57,9 +52,7 @@ pub struct NodeFields {
     pub is_polygon: bool,
     /// The paper's `IsSubnode`.
     pub is_subnode: bool,
-    /// The paper's `Centerpoint`, metres.
     pub center: Vec3,
-    /// The paper's `Width`, metres.
     pub width_m: f32,
 }
 
@@ -84,7 +77,6 @@ impl NodeFields {
     }
 }
 
-/// The coordinates of a point, metres.
 pub(super) fn coordinates(p: Vec3) -> String {
     format!("{:.2} {:.2} {:.2}", p.x, p.y, p.z)
 }
@@ -92,7 +84,6 @@ pub(super) fn coordinates(p: Vec3) -> String {
 /// The nodes of an index in depth-first order, each before its descendants.
 #[derive(Clone, Debug, Default)]
 pub struct Structure {
-    /// The nodes.
     pub nodes: Vec<StructureNode>,
     /// The polygons, each with the index of the deepest node that contains it.
     pub members: Vec<(PolygonId, usize)>,
@@ -195,7 +186,6 @@ impl Structure {
         splits
     }
 
-    /// The upper `levels` levels.
     #[must_use]
     pub fn upper(&self, levels: u32) -> Self {
         self.cut_below(levels.max(1))
@@ -217,7 +207,6 @@ impl Structure {
         names
     }
 
-    /// Depth of the deepest node.
     pub fn depth(&self) -> u32 {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
     }
@@ -346,40 +335,6 @@ mod tests {
         assert_eq!(dot.matches(" -> ").count(), 6);
         assert!(dot.contains("4,000 polygons") && dot.contains(r"\n+"), "{dot}");
         assert!(dot.contains(r"\n-1.01 -1.01 -1.01 to\n2.81 2.81 0.81 m"), "{dot}");
-    }
-
-    #[test]
-    fn the_papers_tree_has_all_its_nodes_with_their_fields() {
-        let index = filled(IndexKind::OspPaper);
-        let (all, full) = (Structure::with_empty_nodes(&*index), Structure::of(&*index));
-        let inside = all.nodes.iter().filter(|node| node.fields.is_some());
-        assert_eq!(inside.clone().count(), (1 << 16) - 1);
-        assert_eq!(all.nodes.iter().filter(|node| node.polygons > 0).count(), full.nodes.len());
-        let mut members = all.members.iter().map(|(id, _)| id.0).collect::<Vec<_>>();
-        members.sort_unstable();
-        assert!(members.into_iter().eq(0..4000));
-        for node in inside {
-            let fields = node.fields.expect("filtered");
-            assert_eq!(fields.is_polygon || fields.is_subnode, node.polygons > 0);
-            assert_eq!(fields.axis, node.depth as usize % 3);
-            assert!(
-                fields.plane_m > node.bounds.min[fields.axis]
-                    && fields.plane_m < node.bounds.max[fields.axis]
-            );
-        }
-        let upper = all.upper(3);
-        assert_eq!(upper.nodes.iter().filter(|node| node.fields.is_some()).count(), 7);
-        assert_eq!(
-            upper.splits(2000).iter().map(|split| split.depth).collect::<Vec<_>>(),
-            [0, 1, 1, 2, 2, 2, 2]
-        );
-        let dot = upper.to_dot("tree", true);
-        assert!(dot.contains("\\nx = ") && dot.contains("S\\n") && dot.contains("\\nown: "), "{dot}");
-        let root = upper.nodes[0];
-        let [center, width] = root.fields.expect("a node of the tree").place();
-        assert_eq!(center, format!("centre {}", coordinates(root.bounds.center())));
-        assert_eq!(width, format!("width {:.2} m", root.bounds.extent().max_element()));
-        assert!(dot.contains(&format!("S\\n{center}, {width}\\n")), "{dot}");
     }
 
     #[test]

@@ -15,11 +15,8 @@ use crate::TreeLayout;
 use osp::math::{Aabb, Ray};
 use osp_session::scene::Scene;
 
-/// Size of the picture of an index, pixels.
 const SIZE: (u32, u32) = (1280, 960);
-/// Margin of the drawing, pixels.
 const MARGIN: f64 = 40.0;
-/// Largest number of nodes in a picture of cells.
 const MOST_CELLS: usize = 20_000;
 /// Largest number of leaves up to which the nodes of a tree have labels.
 const MOST_LABELS: usize = 24;
@@ -27,7 +24,6 @@ const MOST_LABELS: usize = 24;
 const ROOM_FOR_PLACES: f32 = 150.0;
 /// Width of such a label, pixels.
 const PLACE_WIDTH: i32 = 128;
-/// Largest number of levels in a legend.
 const MOST_LEGEND: usize = 14;
 
 /// The two kinds of picture.
@@ -42,21 +38,17 @@ pub enum StructureView {
 /// Meaning of the colours in a picture of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CellColors {
-    /// Colours are those of the cells' levels.
     #[default]
     Level,
     /// Polygons have the colour of the deepest node that contains them.
     Leaf,
 }
 
-/// One index of a picture, and its title.
 #[derive(Clone, Debug)]
 pub struct StructurePanel {
-    /// The title above the picture.
     pub title: String,
     /// The nodes.
     pub structure: Structure,
-    /// Largest number of levels that are shown.
     pub levels: Option<u32>,
     /// Split planes of the nodes, which are drawn instead of the cells if there are any.
     pub splits: Vec<SplitOutline>,
@@ -67,7 +59,6 @@ pub struct StructurePanel {
 pub struct StructurePicture<'a> {
     /// The indexes, from left to right.
     pub panels: &'a [StructurePanel],
-    /// Kind of the picture.
     pub view: StructureView,
     /// The polygons.
     pub scene: &'a Scene,
@@ -75,7 +66,6 @@ pub struct StructurePicture<'a> {
     pub colors: CellColors,
     /// A ray, and the distance of its first hit. The nodes that the ray enters are highlighted.
     pub ray: Option<(Ray, Option<f32>)>,
-    /// Whether the picture shows the numbers of the polygons.
     pub named: bool,
 }
 

@@ -10,20 +10,17 @@ use osp_session::{
 /// The rig for whose screens the frames of a replay are culled.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RigReport {
-    /// The rig's name.
     pub name: String,
     /// Arrangement of the pictures for the two eyes.
     pub stereo: &'static str,
     /// Motion of the rig's room while the head moves.
     pub room: &'static str,
-    /// The rig's screens and eyes.
     pub views: Vec<RigViewReport>,
 }
 
 /// A screen and an eye of a rig.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RigViewReport {
-    /// The screen's name.
     pub screen: String,
     /// The eye: `eye`, `left eye` or `right eye`.
     pub eye: &'static str,
@@ -43,7 +40,6 @@ impl RigViewReport {
 }
 
 impl RigReport {
-    /// A report without frames.
     pub fn new(path: &RigPath) -> Self {
         let views = path.slots().map(|(screen, eye)| RigViewReport {
             screen: path.rig().screens[screen].name.clone(),
@@ -58,7 +54,6 @@ impl RigReport {
         }
     }
 
-    /// Adds a frame.
     pub fn add(&mut self, views: &[RigView]) {
         for (report, seen) in self.views.iter_mut().zip(views) {
             report.frames_without_view += u64::from(seen.view.is_none());
@@ -105,7 +100,6 @@ pub struct ViewsReport {
     pub one_view_ns: Option<u64>,
 }
 
-/// Mean counts of a replay in one view of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewMeans {
     /// Mean number of polygons in the frustum, over the frames with this view.
@@ -115,7 +109,6 @@ pub struct ViewMeans {
 }
 
 impl ViewsReport {
-    /// Adds a frame. `one` is the same frame with only one of its views.
     pub fn add(
         &mut self,
         views: &[RigView],

@@ -8,7 +8,6 @@ const Z_95: f64 = 1.96;
 /// Nonparametric Statistics", 1971, section 3.2). With fewer than six values it spans all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
-    /// The median.
     pub median: f64,
     /// Lower end of the interval.
     pub low: f64,

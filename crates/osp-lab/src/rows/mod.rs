@@ -33,7 +33,6 @@ pub struct Row {
     pub figure: String,
     /// The unit; empty for a number without one.
     pub unit: &'static str,
-    /// The value.
     pub value: f64,
     /// Lower end of the interval that contains the true median in 95 of 100 cases; `None` for other figures.
     pub low: Option<f64>,
@@ -41,21 +40,18 @@ pub struct Row {
     pub high: Option<f64>,
 }
 
-/// A part of the report: its title and notes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Part {
     /// The name of the part, which rows have before the slash.
     pub part: &'static str,
     /// The heading.
     pub title: &'static str,
-    /// Notes for the reader, and omitted measurements.
     pub notes: Vec<String>,
 }
 
 /// Values over a path or a session, for a chart of the page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// The part of the chart.
     pub part: &'static str,
     /// The heading.
     pub title: String,
@@ -72,7 +68,6 @@ pub struct Curves {
 pub struct Rows {
     /// The figures, in order of measurement.
     pub rows: Vec<Row>,
-    /// The parts.
     pub parts: Vec<Part>,
     /// Faults: different results, culled visible polygons. Empty unless there is an error.
     pub faults: Vec<String>,
@@ -85,7 +80,6 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Adds a part, unless it exists.
     pub fn part(&mut self, part: &'static str, title: &'static str) {
         if self.parts.iter().all(|other| other.part != part) {
             self.parts.push(Part { part, title, notes: Vec::new() });
@@ -115,7 +109,6 @@ impl Rows {
         Figures { rows: &mut self.rows, of }
     }
 
-    /// Appends the rows of another measurement.
     pub fn append(&mut self, mut other: Self) {
         for Part { part, title, notes } in other.parts {
             self.part(part, title);
@@ -127,7 +120,6 @@ impl Rows {
         self.load += other.load;
     }
 
-    /// The value of a figure.
     pub fn value(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
         let is_it = |row: &&Row| {
             row.figure == figure && row.index == index && row.part == part && row.recording == recording
@@ -157,7 +149,6 @@ pub fn csv_cell(text: &str) -> String {
     }
 }
 
-/// A collector of figures of one structure.
 #[derive(Debug)]
 pub struct Figures<'a> {
     rows: &'a mut Vec<Row>,

@@ -15,7 +15,6 @@ pub(crate) fn is_of(task: &str, part: &str) -> bool {
     task.split('/').next() == Some(part)
 }
 
-/// The distinct texts, in order of first occurrence.
 pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut found: Vec<&str> = Vec::new();
     for text in texts {
@@ -61,7 +60,6 @@ impl<'a> Table<'a> {
         self.rows.iter().find(|row| row.index == index && row.figure == figure).copied()
     }
 
-    /// A figure of a structure.
     pub(crate) fn value(&self, index: &str, figure: &str) -> Option<f64> {
         Some(self.row(index, figure)?.value)
     }

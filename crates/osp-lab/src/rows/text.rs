@@ -100,7 +100,6 @@ impl Rows {
         lines.join("\n")
     }
 
-    /// The tables without titles, each limited to `letters` characters in a line.
     pub fn bare_tables(&self, letters: Option<u16>) -> String {
         self.tables().iter().map(|table| drawn(&table.cells(), letters)).collect::<Vec<_>>().join("\n\n")
     }

@@ -218,16 +218,4 @@ mod tests {
         assert_eq!(all.verdict("osp").as_deref(), Some(first));
         assert_eq!(all.verdict_in_detail("osp"), [counts]);
     }
-
-    #[test]
-    fn insertion_query_and_memory_are_compared_where_they_were_measured() {
-        let mut rows = rows(SESSION, &[("r", &[("osp", 1.0), ("x", 2.0)])]);
-        for (index, insert, bytes) in [("osp", 48.0, 100.0), ("x", 12.0, 25.0)] {
-            let mut figures = rows.of(SESSION, "r", index);
-            figures.median("insert", "ns/polygon", vec![insert]).value("memory", "bytes/polygon", bytes);
-        }
-        let insertion = "Insertion: x takes the least time; the next (osp) takes 4.0 times as long (osp: 48.0 ns/polygon).";
-        let memory = "Memory: x takes the least memory; the next (osp) takes 4.0 times as much (osp: 100 bytes/polygon).";
-        assert_eq!(rows.verdict_in_detail("osp"), [insertion, memory]);
-    }
 }

@@ -13,9 +13,7 @@ use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 /// The two forms of the modified shadow-volume BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadowForm {
-    /// The conservative form.
     Conservative,
-    /// The form that the paper prints, with caps.
     Paper,
 }
 
@@ -51,7 +49,6 @@ impl ShadowForm {
 /// The tree of a view's occluders. Each step adds one plane.
 #[derive(Clone, Debug)]
 pub struct ShadowSteps {
-    /// The form.
     pub form: ShadowForm,
     tree: ShadowTree,
 }
@@ -82,9 +79,7 @@ impl ShadowSteps {
 /// The first planes of a tree.
 #[derive(Clone, Debug)]
 pub struct ShadowStep {
-    /// The form.
     pub form: ShadowForm,
-    /// Number of planes of the whole tree.
     pub planes_in_all: usize,
     /// The planes of this step and the cells between them.
     pub structure: ShadowStructure,

@@ -16,9 +16,7 @@ const IN_PLANE_SINE: f64 = 1.0e-9;
 /// A plane or a leaf of a tree of shadow volumes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadowNode {
-    /// Index of the parent node, and the side of the parent's plane on which this node lies.
     pub parent: Option<(usize, Side)>,
-    /// Depth of the node; 0 at the top.
     pub depth: u32,
     /// Directions from the eye to the corners of the node's cell, in order; none if the cell is empty.
     pub cell: Vec<DVec3>,
@@ -40,18 +38,13 @@ pub enum ShadowHolds {
         cut: Option<[DVec3; 2]>,
     },
     /// A leaf in the shadow of these occluders. An unoccluded leaf has none.
-    Leaf {
-        /// Indices of the occluders.
-        occluders: Vec<usize>,
-    },
+    Leaf { occluders: Vec<usize> },
 }
 
 /// The nodes of a tree in depth-first order, the child in front of a plane first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadowStructure {
-    /// The nodes.
     pub nodes: Vec<ShadowNode>,
-    /// Number of planes.
     pub planes: usize,
 }
 
@@ -86,7 +79,6 @@ impl ShadowStructure {
         Self { nodes, planes: tree.node_count() }
     }
 
-    /// Number of levels of planes.
     pub fn levels(&self) -> u32 {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
     }

@@ -14,7 +14,6 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// A view of a model: its occluders, and the polygons in it.
 #[derive(Clone, Debug)]
 pub struct ShadowView {
     /// The cone of directions that the eye sees.

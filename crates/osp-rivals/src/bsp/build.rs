@@ -38,7 +38,6 @@ const FEWEST_PIECES: usize = 4096;
 /// Largest average number of corners of a piece.
 const CORNERS_PER_PIECE: usize = 8;
 
-/// Configuration of a BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BspConfig {
     /// Number of polygons of a node whose planes the builder rates. A larger number makes better trees and slower
@@ -57,7 +56,6 @@ impl Default for BspConfig {
     }
 }
 
-/// A piece during a build.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     /// The piece's polygon, as an index of the items.
@@ -74,7 +72,6 @@ struct Choice {
     plane: SplitPlane,
     /// The polygon that has this plane; `None` for a plane across an axis.
     own: Option<u32>,
-    /// Cost of the split; less is better.
     cost: f64,
     /// Share of the rated pieces that lie on the larger side.
     larger_share: f64,
@@ -115,7 +112,6 @@ pub(super) struct BspBuilder {
 /// The boxes of a node in the culling tree.
 #[derive(Clone, Copy, Debug)]
 struct CullRange {
-    /// Position of the first box.
     first: u32,
     /// Number of boxes of the node itself.
     own: u32,

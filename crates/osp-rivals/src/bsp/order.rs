@@ -20,7 +20,6 @@ pub struct BspCounts {
     /// Number of pieces in leaves with several pieces, because a limit was reached or the pieces have no plane. Such
     /// pieces are ordered by distance, and this order may be wrong.
     pub unordered: usize,
-    /// Depth of the deepest node; the top has depth 0.
     pub depth: usize,
 }
 
@@ -35,7 +34,6 @@ pub(super) struct OrderNode {
     pub(super) count: u32,
 }
 
-/// A piece of a polygon.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     id: PolygonId,
@@ -43,7 +41,6 @@ struct Piece {
     corners: u32,
 }
 
-/// A node of a [`Bsp`](super::Bsp) as of the last commit.
 #[derive(Clone, Copy, Debug)]
 pub struct BspNode<'a> {
     tree: &'a OrderTree,
@@ -71,7 +68,6 @@ impl<'a> BspNode<'a> {
     }
 }
 
-/// The order of a traversal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
     BackToFront,
@@ -88,7 +84,6 @@ pub(super) struct OrderTree {
     depth: usize,
 }
 
-/// A remaining step of a traversal.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Below(u32),

@@ -25,7 +25,6 @@ pub(super) struct SplitPlane {
     thickness: f64,
 }
 
-/// Side of a plane on which a polygon lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     On,

@@ -111,10 +111,8 @@ pub(super) fn split_by_sah(items: &mut [impl Boxed], config: BinnedSah) -> SahSp
     SahSplit::After(partition(items, |item| buckets.of(item.bounds().center(), axis) <= last_of_first))
 }
 
-/// Result of [`split_by_sah`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SahSplit {
-    /// A leaf is cheaper.
     Leaf,
     /// The first part has this number of items.
     After(usize),

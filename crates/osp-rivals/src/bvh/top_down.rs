@@ -86,7 +86,6 @@ pub(crate) trait SplitInPlace: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
-    /// Largest number of polygons of a leaf.
     fn leaf_capacity(&self) -> usize;
 
     fn split(&self, items: &mut [Item]) -> Split;
@@ -107,7 +106,6 @@ impl<S: SplitInPlace> Ranges for InPlace<'_, S> {
     }
 }
 
-/// Builds a hierarchy by a rule.
 #[derive(Debug)]
 pub(crate) struct InPlaceBuilder<S> {
     rule: S,
@@ -156,7 +154,6 @@ impl Boxed for Item {
     }
 }
 
-/// The box around the centres.
 pub(crate) fn box_of_centers(items: &[impl Boxed]) -> Aabb {
     items.iter().fold(Aabb::EMPTY, |all, item| {
         let center = item.bounds().center();
@@ -164,7 +161,6 @@ pub(crate) fn box_of_centers(items: &[impl Boxed]) -> Aabb {
     })
 }
 
-/// The axis on which a box is longest.
 pub(crate) fn longest_axis(bounds: &Aabb) -> usize {
     // Both corners are halved, because the edge of a huge box overflows.
     let half = bounds.max * 0.5 - bounds.min * 0.5;

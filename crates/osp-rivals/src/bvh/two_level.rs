@@ -46,11 +46,9 @@ enum Place {
     Waiting,
     /// Position in the static tree's order.
     Static(u32),
-    /// A leaf of the dynamic tree.
     Dynamic(u32),
 }
 
-/// The two levels as an index.
 #[derive(Debug)]
 pub struct BvhTwoLevel {
     config: TwoLevelConfig,
@@ -68,7 +66,6 @@ pub struct BvhTwoLevel {
 }
 
 impl BvhTwoLevel {
-    /// An empty index.
     pub fn new(config: TwoLevelConfig, index: &IndexConfig) -> Self {
         Self::by(IndexSettings::default().sah(), config, index)
     }

@@ -138,7 +138,6 @@ impl BoxTree {
         self.first_free = at;
     }
 
-    /// Inserts a polygon; returns its leaf.
     pub(crate) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> u32 {
         self.upkeep.inserted += 1;
         let leaf = TreeNode { bounds: *bounds, parent: NONE, height: 0, polygons: 1 };

@@ -1,6 +1,5 @@
 use osp::index::kernels::Boxes;
 
-/// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
 /// Value in `children` of a child that is a leaf.

@@ -22,10 +22,8 @@ mod query;
 pub use node::{GroupError, GroupIndex, GroupWork};
 pub use query::{CullScratch, Found, Polygons};
 
-/// A mesh of a [`GroupIndex`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MeshId(pub u32);
 
-/// A node of a [`GroupIndex`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub u32);

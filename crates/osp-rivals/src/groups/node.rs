@@ -11,28 +11,21 @@ use osp::{
 /// The reason why a [`GroupIndex`] refused a change. The refused change has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum GroupError {
-    /// No mesh has this id.
     #[error("mesh {}: no mesh has this number", .0.0)]
     NoMesh(MeshId),
-    /// No node has this id.
     #[error("node {}: no node has this number", .0.0)]
     NoNode(NodeId),
-    /// The node would be its own ancestor.
     #[error("node {}: expected a parent that is not below it", .0.0)]
     Ring(NodeId),
-    /// A number of the transform is not finite.
     #[error("node {}: expected a transform of finite numbers", .0.0)]
     NotFinite(NodeId),
-    /// The mesh's index refused the polygon.
     #[error("mesh {}: {}", .0.0, .1)]
     Index(MeshId, IndexError),
 }
 
-/// A mesh, and the nodes that show it.
 #[derive(Default)]
 pub(super) struct ShownMesh {
     pub(super) mesh: Mesh,
-    /// The nodes that show the mesh.
     nodes: Vec<u32>,
     /// Whether the mesh has changed since the last commit.
     has_changed: bool,
@@ -60,7 +53,6 @@ pub(super) struct Node {
 /// Work counts of all commits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GroupWork {
-    /// Number of world matrices multiplied.
     pub matrices: u64,
     /// Number of boxes of nodes computed again.
     pub boxes: u64,
@@ -111,7 +103,6 @@ impl GroupIndex {
         }
     }
 
-    /// Adds a mesh without polygons.
     pub fn add_mesh(&mut self) -> MeshId {
         self.meshes.push(ShownMesh::default());
         MeshId(self.meshes.len() as u32 - 1)
@@ -347,17 +338,14 @@ impl GroupIndex {
         self.node(node).map(|node| node.bounds)
     }
 
-    /// Number of polygons; a polygon that several nodes show counts once.
     pub fn polygon_count(&self) -> usize {
         self.meshes.iter().map(|of| of.mesh.index().len()).sum()
     }
 
-    /// Work counts of all commits.
     pub fn work(&self) -> GroupWork {
         self.work
     }
 
-    /// Memory held, bytes.
     pub fn bytes(&self) -> usize {
         let nodes = self.nodes.iter().map(|node| size_of::<Node>() + node.children.capacity() * 4);
         self.meshes.iter().map(|of| of.mesh.bytes() + of.nodes.capacity() * 4).sum::<usize>()

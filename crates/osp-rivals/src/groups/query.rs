@@ -19,9 +19,7 @@ pub enum Polygons<'a> {
 /// A mesh in view.
 #[derive(Clone, Copy, Debug)]
 pub struct Found<'a> {
-    /// The node that shows the mesh.
     pub node: NodeId,
-    /// The mesh.
     pub mesh: MeshId,
     /// The transform from the mesh's space to the world.
     pub world_from_mesh: &'a Affine3A,

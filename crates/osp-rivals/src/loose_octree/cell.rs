@@ -38,7 +38,6 @@ fn first_of(level: u32) -> usize {
     ((1 << (3 * level)) - 1) / 7
 }
 
-/// The grid of the cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LooseGrid {
     min: Vec3,
@@ -58,7 +57,6 @@ impl LooseGrid {
         }
     }
 
-    /// Number of cells of all levels.
     pub(super) fn cell_count(&self) -> usize {
         first_of(self.max_depth + 1)
     }

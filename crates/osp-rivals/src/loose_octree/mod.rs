@@ -45,7 +45,6 @@ fn max_depth(polygons: usize) -> u32 {
 struct Slot {
     /// The first bucket of the cell's own polygons.
     chain: u32,
-    /// Number of polygons in the cell and below.
     polygons: u32,
 }
 

@@ -28,7 +28,6 @@ enum From {
     Cell(Cell, PlaneMask),
     /// The polygons of a cell itself, against these planes.
     Own(Cell, PlaneMask),
-    /// The list of polygons outside the tree.
     Outside,
 }
 

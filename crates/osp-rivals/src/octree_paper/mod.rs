@@ -32,7 +32,6 @@ use osp::{
 /// The number that stands for no node.
 const NONE: u32 = u32::MAX;
 
-/// Configuration of the paper's octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreePaperConfig {
     /// A node with more polygons than this is divided.
@@ -77,7 +76,6 @@ impl Node {
     }
 }
 
-/// The paper's octree; see [the module](self).
 #[derive(Debug)]
 pub struct OctreePaper {
     config: OctreePaperConfig,
@@ -92,7 +90,6 @@ pub struct OctreePaper {
 }
 
 impl OctreePaper {
-    /// An empty octree with room for `index.capacity` polygons.
     pub fn new(config: OctreePaperConfig, index: &IndexConfig) -> Self {
         Self {
             config: OctreePaperConfig {

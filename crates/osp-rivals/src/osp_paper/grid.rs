@@ -49,7 +49,6 @@ impl OspGrid {
         self.min[axis] + self.size_m * (k as f32 / (1u32 << level) as f32)
     }
 
-    /// The box of a cell.
     pub(super) fn cell_box(&self, cell: &Cell) -> Aabb {
         let corner = |add: u32| {
             Vec3::from_array(std::array::from_fn(|a| self.border(a, cell.k[a] + add, cell.level[a])))

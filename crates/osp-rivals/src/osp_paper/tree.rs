@@ -84,7 +84,6 @@ impl OspPaper {
         self.insertions
     }
 
-    /// The grid of the splitting planes.
     pub fn grid(&self) -> &OspGrid {
         &self.grid
     }

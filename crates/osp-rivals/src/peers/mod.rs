@@ -50,7 +50,6 @@ impl PeerKind {
         matches!(self, Self::ParryRebuilt | Self::ObvhsRebuilt)
     }
 
-    /// An empty index of this kind.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
         let name = self.name();
         match self {

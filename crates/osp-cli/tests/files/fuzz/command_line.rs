@@ -59,7 +59,6 @@ const ASKED: &[(&str, &str)] = &[
     ("bake S O.pvs --samples 1 --pixels 16", "--cells"),
     ("bake S O.pvs --cells 1 --pixels 16", "--samples"),
     ("bake S O.pvs --cells 1 --samples 1", "--pixels"),
-    ("bake S O.pvs --cells 1 --samples 1 --pixels 16", "--threads"),
     ("draw-index S O.svg", "--frame"),
     ("draw-index S O.svg", "--pace"),
     ("draw-insertion S O.gif", "--polygons"),

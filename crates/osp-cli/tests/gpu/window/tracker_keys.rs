@@ -30,12 +30,11 @@ fn a_key_that_no_list_of_processes_shows() {
         (output.status.code(), stderr(&output))
     };
     let send = ["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"];
-    // The word comes before the variable, and so does the file.
+    // The file comes before the variable.
     for (more, variable) in [
         (&["--key-file", file][..], None),
         (&[][..], Some("open-sesame")),
         (&["--key-file", file][..], Some("open-sesamo")),
-        (&["--key", "open-sesame"][..], Some("open-sesamo")),
     ] {
         let (code, said) = run(&[&send[..], more].concat(), variable);
         assert_eq!(code, Some(0), "{said}");

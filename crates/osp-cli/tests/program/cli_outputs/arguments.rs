@@ -35,7 +35,6 @@ fn numbers_out_of_range_are_refused_by_every_command() {
         (&["bake", "a.ron", "o.pvs"], "--cells", &["0", "257", "-1", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--samples", &["0", "4097", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--pixels", &["0", "15", "8193", "NaN"]),
-        (&["bake", "a.ron", "o.pvs"], "--threads", &["0", "1025", "18446744073709551615", "-1"]),
         (&["synth", "scribble", "o.ron"], "--polygons", &["-1", "4294967296", "NaN", "1.5"]),
         (&["synth", "scribble", "o.ron"], "--seed", &["-1", "18446744073709551616", "NaN"]),
         (&["verify", "a.ron"], "--views", &["0", "10001", "-1", "NaN"]),
@@ -117,7 +116,7 @@ fn the_ends_of_the_ranges_work() {
         &["replay", "a.ron", "--budget", "1e9", "--polygon-ns", "1e9"],
         &["verify", "a.ron", "--views", "1", "--pixels", "16x16", "--repeats", "1", "--occluders", "0,65536"],
         &["synth", "scribble", "o.ron", "--polygons", "0", "--seed", "18446744073709551615"],
-        &["bake", "a.ron", "o.pvs", "--cells", "1", "--samples", "1", "--pixels", "16", "--threads", "1024"],
+        &["bake", "a.ron", "o.pvs", "--cells", "1", "--samples", "1", "--pixels", "16"],
     ] {
         OSP.done_in(folder.path(), args);
     }
@@ -152,24 +151,6 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
         }
     }
     let _ = fs::remove_dir_all(folder.join("autosaves"));
-}
-
-/// The window's own way to a tracker.
-#[cfg(all(unix, feature = "window"))]
-#[test]
-fn a_tracker_that_is_a_pipe_does_not_wait() {
-    use osp_app::tracker::{Tracker, TrackerAddress, TrackerOptions};
-    let folder = temp();
-    let pipe = folder.path().join("pipe");
-    if !make_pipe(&pipe) {
-        eprintln!("skipped: no mkfifo");
-        return;
-    }
-    for path in [pipe, "/dev/zero".into()] {
-        let opened = Tracker::open(&TrackerAddress::File(path), &TrackerOptions::default(), || {});
-        let said = opened.map(drop).expect_err("no file").to_string();
-        assert!(said.contains("a regular file"), "{said}");
-    }
 }
 
 #[test]
@@ -263,23 +244,4 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
         OSP.done_in(folder.path(), [OsStr::new(command), name]);
     }
     assert!(folder.path().join("b.html").exists());
-}
-
-#[test]
-fn a_number_that_is_none_is_answered_by_what_was_expected() {
-    let folder = temp();
-    for (args, expected) in [
-        (&["bake", "a", "b.pvs", "--cells", "x"][..], "whole"),
-        (&["bake", "a", "b.pvs", "--threads", "1.5"], "whole"),
-        (&["bench", "a", "--sizes", "100,many"], "whole"),
-        (&["replay", "a", "--max-polygons", ""], "whole"),
-        (&["replay", "a", "--occlusion", "none", "--verify-frames", "NaN"], "whole"),
-        (&["synth", "room", "a.ron", "--polygons", "12k"], "whole"),
-        (&["synth", "room", "a.ron", "--seed=-1"], "whole"),
-        (&["synth", "room", "a.ron", "--seed", "99999999999999999999"], "smaller"),
-        (&["verify", "a", "--views", "-"], "whole"),
-    ] {
-        let said = OSP.refused_in(folder.path(), args);
-        assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");
-    }
 }

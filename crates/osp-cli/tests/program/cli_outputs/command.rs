@@ -72,16 +72,6 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
     assert!(hidden > 100.0 && views >= 4.0 * 3.0, "{hidden} hidden, {views} views");
 }
 
-/// What promises nothing may cull what is visible, and is shown to; that is no failed check.
-#[test]
-fn verify_shows_that_the_paper_hides_what_is_visible() {
-    let args = ["scene:ribbons-wide", "--views", "1", "--occlusion", "msvbsp-paper", "--json"];
-    let report = json(&verify(&args));
-    let method = "msvbsp-paper, 64 occluders (not conservative)";
-    assert_eq!(methods(&report), [method]);
-    assert!(figure(&report, method, "wrong") > 0.0, "{report}");
-}
-
 #[test]
 fn verify_compares_what_was_visible_last() {
     let args = ["recordings/portrait.ron", "--whole", "--views", "2", "--occlusion", "msvbsp,depth-last"];

@@ -1,27 +1,8 @@
 //! `osp draw-index`: what its pictures show. SVG is text, so a test can read it.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use crate::OSP;
-
-fn drawn(folder: &Path, options: &[&str]) -> String {
-    if !folder.join("room.ron").exists() {
-        OSP.done_in(folder, ["synth", "room", "room.ron", "--polygons", "600"]);
-    }
-    OSP.done_in(folder, ["draw-index", "room.ron", "out.svg", "--force"].iter().chain(options));
-    fs::read_to_string(folder.join("out.svg")).expect("a picture")
-}
-
-#[test]
-fn planes_of_a_bsp_are_drawn_level_by_level() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let planes = drawn(folder.path(), &["--index", "bsp", "--planes"]);
-    assert!(planes.contains("level 0: 1 plane\n") && planes.contains("level 1: 2 planes\n"));
-    let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "other.svg", "--planes"]);
-    let paper = drawn(folder.path(), &["--index", "osp-paper", "--planes", "--levels", "3"]);
-    assert!(paper.contains("level 2: 4 planes\n") && !paper.contains("level 3: "));
-    assert!(refused.contains("--index bsp") && !folder.path().join("other.svg").exists());
-}
 
 #[test]
 fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {

@@ -147,16 +147,3 @@ fn a_setting_that_changes_nothing_is_refused_and_so_is_one_out_of_range() {
         assert!(said.contains(option) && said.contains(words), "{said}");
     }
 }
-
-#[test]
-fn the_help_names_the_indexes_of_each_setting() {
-    let help = OSP.done(["replay", "--help"]);
-    for (option, setting) in OPTIONS {
-        let text = help.split(&format!("\n      {option} <")).nth(1).expect("the option");
-        let text = text.split("\n      --").next().unwrap_or(text);
-        let words: Vec<&str> = text.split(|c: char| !c.is_alphanumeric() && c != '-').collect();
-        for kind in IndexKind::ALL {
-            assert_eq!(words.contains(&kind.name()), kind.has(setting), "{} in {text}", kind.name());
-        }
-    }
-}

@@ -29,13 +29,6 @@ fn verify_tests_nodes_as_asked() {
 }
 
 #[test]
-fn verify_knows_the_papers_tree_without_caps_and_says_that_it_is_wrong() {
-    let (report, method) = verified(&["--occlusion", "msvbsp-paper-capless"]);
-    assert_eq!(method, "msvbsp-paper-capless, 64 occluders (not conservative)");
-    assert!(figure(&report, &method, "wrong") > 0.0, "{report}");
-}
-
-#[test]
 fn verify_scores_as_asked() {
     let by = |score: &str| {
         let args = ["--occlusion", "msvbsp", "--grouping", "single", "--occluders", "4", "--score", score];

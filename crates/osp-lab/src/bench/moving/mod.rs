@@ -49,7 +49,6 @@ pub struct MovingConfig {
     pub sizes: Vec<u32>,
     /// The structures.
     pub kinds: Vec<Contender>,
-    /// The reference, with which the others are compared.
     pub reference: IndexKind,
     /// Time for the frames of a structure with one motion, seconds.
     pub budget_secs: f64,
@@ -117,12 +116,10 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
     Ok(rows)
 }
 
-/// The name of the task for a motion.
 fn task(motion: &str) -> String {
     format!("{PART}/{motion}")
 }
 
-/// The measurement of one motion.
 struct Measured<'a> {
     world: &'a World<'a>,
     name: &'static str,

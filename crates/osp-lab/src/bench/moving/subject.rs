@@ -44,7 +44,6 @@ impl Took {
 
 /// A structure that follows a moving model and culls it.
 pub(super) trait Subject {
-    /// Applies the changes of a frame and culls.
     fn frame(&mut self, step: &Step<'_>) -> Took;
 
     /// Visible polygons of the last frame, for comparison.
@@ -59,7 +58,6 @@ pub(super) trait Subject {
     fn bytes(&self) -> usize;
 }
 
-/// A structure that stores single polygons.
 pub(super) struct EachPolygon {
     pub(super) index: Box<dyn SpatialIndex>,
     wants_shapes: bool,

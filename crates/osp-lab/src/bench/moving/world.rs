@@ -23,7 +23,6 @@ const RADIUS: f32 = 0.02;
 /// diagonal.
 const TURN: f32 = 0.125;
 
-/// The motion of the moving polygons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
     /// Pieces of 32 polygons, evenly distributed over the drawing order; each moves on its own small circle. The number
@@ -38,7 +37,6 @@ pub(super) enum Motion {
     Instances(usize),
 }
 
-/// The motions that are measured.
 pub(super) const MOTIONS: [(Motion, &str); 10] = [
     (Motion::Pieces(0.01), "1 % in pieces"),
     (Motion::Pieces(0.1), "10 % in pieces"),
@@ -79,7 +77,6 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The ids of the part's polygons.
     pub(super) fn ids(&self) -> Range<usize> {
         self.first..self.first + self.mesh.len()
     }
@@ -146,7 +143,6 @@ impl<'a> World<'a> {
         Self { model, motion, parts, diagonal_m: around.extent().length() }
     }
 
-    /// Number of polygons in the world.
     pub(super) fn len(&self) -> usize {
         self.parts.last().map_or(0, |part| part.ids().end)
     }
@@ -175,12 +171,10 @@ impl<'a> World<'a> {
             * Affine3A::from_translation(-middle)
     }
 
-    /// The polygons of a part, transformed to world space.
     pub(super) fn polygons(&self, part: &Part, world: Affine3A) -> impl Iterator<Item = ConvexPolygon> {
         self.model.polygons[part.mesh.clone()].iter().map(move |of| of.map(|p| world.transform_point3(p)))
     }
 
-    /// Appends the boxes of a part's polygons in a frame.
     fn boxes(&self, part: &Part, frame: u64, out: &mut Vec<(PolygonId, Aabb)>) {
         let world = self.place(part, frame);
         let ids = part.ids().map(|id| PolygonId(id as u32));
@@ -199,7 +193,6 @@ impl<'a> World<'a> {
         self.parts.iter().filter(|part| part.moves).for_each(|part| self.boxes(part, frame, out));
     }
 
-    /// The corners of all moving polygons in a frame.
     pub(super) fn moved_shapes(&self, frame: u64) -> Vec<ConvexPolygon> {
         let moving = self.parts.iter().filter(|part| part.moves);
         moving.flat_map(|part| self.polygons(part, self.place(part, frame))).collect()

@@ -17,7 +17,6 @@ const SHOWN: usize = 6;
 const FIGURES: [(&str, &str); 3] =
     [("time", "µs"), ("boxes", "boxes a query or frame"), ("memory", "bytes a polygon")];
 
-/// The data of all charts of a page.
 #[derive(Default, Serialize)]
 pub(super) struct Charts {
     charts: Vec<ChartData>,
@@ -25,7 +24,6 @@ pub(super) struct Charts {
 
 #[derive(Serialize)]
 struct ChartData {
-    /// Id of the `figure` element in the page.
     id: String,
     #[serde(flatten)]
     chart: Chart,
@@ -75,7 +73,6 @@ impl Charts {
     }
 }
 
-/// The charts of a part, with their titles.
 pub(super) fn of(report: &BenchReport, part: &str, tables: &[&Table<'_>]) -> Vec<(String, Chart)> {
     let curves = report.rows.curves.iter().filter(|curves| curves.part == part);
     let mut charts: Vec<(String, Chart)> = curves
@@ -141,39 +138,4 @@ fn styled(report: &BenchReport, mut lines: Vec<(String, Vec<(f64, f64)>)>) -> Ve
 fn rounded(value: f64) -> f64 {
     // A formatted number always parses.
     format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        bench::Machine,
-        rows::{Curves, Rows},
-    };
-
-    #[test]
-    fn sizes_make_lines_and_names_are_no_commands() {
-        let mut rows = Rows::default();
-        for (size, us) in [(1000, 123.456_789), (2000, 2.0)] {
-            rows.of("growth", format!("{SYNTHETIC}{size}"), "osp").against(&[(us, us)]);
-        }
-        let name = "</script><b>&\u{202e}".to_owned();
-        let title = "curves".to_owned();
-        let lines = vec![(name, vec![(1.0, 1.0)]), ("none".to_owned(), Vec::new())];
-        rows.curves.push(Curves { part: "growth", title, x: "frame", y: "µs", lines });
-        let (machine, reference) = (Machine::here(None), "osp".to_owned());
-        let report = BenchReport { machine, command: String::new(), reference, rows };
-        let tables = report.rows.tables();
-        let found = of(&report, "growth", &tables.iter().collect::<Vec<_>>());
-        let titles: Vec<&str> = found.iter().map(|(title, _)| title.as_str()).collect();
-        assert_eq!(titles, ["curves", "growth: time"]);
-        let mut charts = Charts::default();
-        found.into_iter().for_each(|(title, chart)| charts.add(title, chart));
-        let json = charts.to_json();
-        assert!(!json.contains(['<', '>', '&', '\u{202e}']), "{json}");
-        let data: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-        assert_eq!(data["charts"][0]["lines"].as_array().map(Vec::len), Some(1), "a line without points");
-        assert_eq!(data["charts"][1]["lines"][0]["y"], serde_json::json!([123.46, 2.0]));
-        assert_eq!(data["charts"][1]["lines"][0]["x"], serde_json::json!([1000.0, 2000.0]));
-    }
 }

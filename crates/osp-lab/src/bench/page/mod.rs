@@ -146,7 +146,6 @@ struct Html {
     entries: Vec<Entry>,
     /// The first chart, which stands before all chapters.
     first_figure: String,
-    /// Number of ids assigned so far.
     ids: usize,
 }
 
@@ -189,7 +188,6 @@ impl Html {
         self.heading(3, &id, title);
     }
 
-    /// Begins a chapter.
     fn chapter(&mut self, title: &str) {
         let id = self.id(title);
         self.raw("<details class=\"chapter\" open><summary>");

@@ -11,7 +11,6 @@ use osp::{
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig};
 use osp_session::scene::Scene;
 
-/// A graphics adapter, and the size of its pictures.
 #[derive(Debug)]
 pub struct Adapter {
     #[cfg(feature = "render")]
@@ -20,7 +19,6 @@ pub struct Adapter {
     height: u32,
 }
 
-/// Times to draw a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drawn {
     pub(super) prepare_ns: u64,
@@ -33,7 +31,6 @@ impl Drawn {
     }
 }
 
-/// Draws frames, and waits for the completion of each.
 #[derive(Debug)]
 pub(super) struct Drawer {
     #[cfg(feature = "render")]
@@ -53,7 +50,6 @@ impl Adapter {
         Ok(Self { gpu, width, height })
     }
 
-    /// The adapter's name, and the size.
     pub fn name(&self) -> String {
         format!("{}, {} x {} pixels", self.gpu.name(), self.width, self.height)
     }
@@ -80,7 +76,6 @@ fn failed(error: osp_render::RenderError) -> PaperError {
 
 #[cfg(feature = "render")]
 impl Drawer {
-    /// Applies the changes of a frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         self.offscreen.renderer.follow(changes);
     }
@@ -108,7 +103,6 @@ impl Adapter {
         Err(lacking.to_owned())
     }
 
-    /// The adapter's name, and the size.
     pub fn name(&self) -> String {
         format!("{} x {} pixels", self.width, self.height)
     }

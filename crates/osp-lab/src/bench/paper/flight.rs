@@ -35,7 +35,6 @@ const PART: &str = "paper-flight";
 /// drawing.
 const POLYGON_NS: f64 = 10.0;
 
-/// A frame of the flight.
 #[derive(Clone, Copy, Debug)]
 struct FlownFrame {
     cull_ns: u64,
@@ -64,7 +63,6 @@ enum Culling {
     Piped(Box<Pipeline>),
 }
 
-/// A method of the flight, and its results.
 struct FlightMethod {
     name: String,
     /// Whether the method may cull visible polygons.

@@ -33,13 +33,10 @@ const RUNS_OF_A_BAND: u64 = 6;
 const BANDS: [(&str, Range<u64>); 3] =
     [("up to 1,000 polygons", 0..1000), ("1,000 to 10,000", 1000..10_000), ("over 10,000", 10_000..u64::MAX)];
 
-/// The whole session.
 pub(super) const WHOLE: &str = "paper-growing/whole session";
-/// The name of the frames without insertion.
 const STILL: &str = "nothing inserted";
 pub(super) const PART: &str = "paper-growing";
 
-/// A frame of the growing model.
 #[derive(Clone, Copy, Debug, Default)]
 struct GrowingFrame {
     record: FrameRecord,

@@ -17,18 +17,14 @@ use osp_session::{
 /// Reason for which the paper's experiments could not be run.
 #[derive(Debug, Error)]
 pub enum PaperError {
-    /// The session is damaged.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The adapter failed.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// The adapter cannot cull hidden polygons while it draws.
     #[error("{0}")]
     NoOcclusion(String),
 }
 
-/// Settings of the paper's experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperConfig {
     /// The structures of the growing model. `osp` and the reference are always added.
@@ -43,7 +39,6 @@ pub struct PaperConfig {
     pub frames: u64,
     /// Number of frames of the flight in which the culled polygons are compared with the visible polygons.
     pub verified: u64,
-    /// Largest number of occluders of a frame.
     pub occluders: usize,
     /// Node test of the conservative methods.
     pub node_test: NodeTest,
@@ -76,12 +71,9 @@ impl PaperConfig {
     }
 }
 
-/// A session as input of the experiments.
 #[derive(Debug)]
 pub struct PaperInput<'a> {
-    /// Name of the recording.
     pub recording: &'a str,
-    /// Summary of the session at this pace.
     pub summary: &'a Summary,
     /// Part of the session that each frame plays.
     pub pace: Pace,

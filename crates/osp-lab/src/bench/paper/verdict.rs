@@ -45,32 +45,3 @@ fn sentence(rows: &Rows, recording: &str) -> Option<String> {
     }
     Some(said)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn said(times: &[(&str, f64)]) -> Vec<String> {
-        let mut rows = Rows::default();
-        for &(index, us) in times {
-            rows.of(WHOLE, "r", index).value("time", "us", us);
-        }
-        verdict(&rows)
-    }
-
-    #[test]
-    fn a_loop_is_compared_with_the_trees() {
-        let start = "r, insertion and culling: octree-paper, which is rebuilt for every polygon, takes 10.0 times as long as \
-                     osp-paper";
-        let trees = [(TREE, 50.0), (OCTREE, 500.0)];
-        assert_eq!(said(&trees), [format!("{start}.")]);
-        let others = [trees[0], trees[1], (LOOP, 95.0), ("time-order", 25.0)];
-        let more = "; without rebuilding and without its planes brute-force takes 1.90 times, time-order 0.50 times.";
-        let most = " brute-force, a loop over all boxes, saves 90 % of what osp-paper saves: most of it is saved by not rebuilding.";
-        assert_eq!(said(&others), [format!("{start}{more}{most}")]);
-        assert!(
-            said(&[trees[0], trees[1], (LOOP, 400.0)])[0].ends_with("saves 22 % of what osp-paper saves.")
-        );
-        assert!(said(&others[1..]).is_empty());
-    }
-}

@@ -1,16 +1,15 @@
-use std::{error::Error, io, ops::Range};
+use std::{io, ops::Range};
 
-use plotters::prelude::RGBColor;
+use plotters::{
+    prelude::*,
+    style::text_anchor::{HPos, Pos, VPos},
+};
 use thiserror::Error;
 
-use super::{
-    Race, Racer,
-    canvas::{Canvas, Side},
-    plot::ModelPlot,
-};
+use super::{Race, Racer, plot::ModelPlot};
 use crate::{
     Machine,
-    report::{one_line, thousands},
+    report::{Area, Backend, Drawn, Picture, one_line, pixels, thousands},
 };
 use osp::view::View;
 use osp_session::{
@@ -46,16 +45,12 @@ const MOST_FRAMES: usize = STRIP.0 as usize / 2;
 /// Smallest height of the strip charts, in frame times at 90 Hz.
 const LEAST_HEIGHT: f64 = 1.5;
 
-/// Reason for which a film is incomplete.
 #[derive(Debug, Error)]
 pub enum FilmError {
-    /// The recording is damaged.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The output refused a frame.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A frame could not be drawn.
     #[error("{0}")]
     Draw(String),
 }
@@ -75,7 +70,6 @@ impl<'a> RaceFilm<'a> {
     /// Aspect ratio, width divided by height, of the picture of the model.
     pub const MODEL_ASPECT: f32 = MODEL.0 as f32 / MODEL.1 as f32;
 
-    /// The film of a race on this machine.
     pub fn new(race: &'a Race, machine: &Machine) -> Self {
         let mut film = Self { race, processor: machine.processor.clone(), height_ns: 0.0 };
         let slices = (0..film.frames()).map(|frame| film.slice(frame));
@@ -121,7 +115,6 @@ impl<'a> RaceFilm<'a> {
     where
         I: Iterator<Item = Result<Event, RecordingError>>,
     {
-        let still = self.still().map_err(undrawn)?;
         let mut player = Player::new(events, self.race.pace);
         let mut plot = ModelPlot::new(view, MODEL, [CARD.0, CARD.1, CARD.2]);
         for frame in 0..self.frames() {
@@ -130,14 +123,16 @@ impl<'a> RaceFilm<'a> {
                 plot.follow(player.scene(), player.changes());
             }
             let model = plot.picture(player.scene());
-            take(&self.frame(&still, frame, &model).map_err(undrawn)?.rgb)?;
+            let shown = Shown { film: self, frame, model: &model };
+            let rgb = pixels(&shown, self.size()).map_err(|error| FilmError::Draw(error.to_string()))?;
+            take(&rgb)?;
         }
         Ok(())
     }
 
-    /// The parts of the picture that are the same in all frames.
-    fn still(&self) -> Result<Canvas, Box<dyn Error>> {
-        let mut canvas = Canvas::new(self.size(), GROUND);
+    /// Draws the parts of the picture that are the same in all frames.
+    fn draw_still<B: Backend>(&self, area: &Area<B>) -> Drawn {
+        area.fill(&GROUND)?;
         let (played, columns) = (self.race.present.len(), self.frames().max(1));
         let (fewest, most) = (played / columns, played.div_ceil(columns));
         let (of, column) = match most {
@@ -147,10 +142,10 @@ impl<'a> RaceFilm<'a> {
         };
         for (number, racer) in self.race.racers.iter().enumerate() {
             let at = pane(number);
-            canvas.text(racer.name, at(EDGE, 32), 27, INK, Side::Left)?;
-            canvas.text("ms", at(RIGHT - 24, 94), 22, FAINT, Side::Left)?;
-            canvas.text(of, at(RIGHT, 120), 17, FAINT, Side::Right)?;
-            canvas.text("polygons", at(RIGHT, 214), 17, FAINT, Side::Right)?;
+            text(area, racer.name, at(EDGE, 32), 27, INK, HPos::Left)?;
+            text(area, "ms", at(RIGHT - 24, 94), 22, FAINT, HPos::Left)?;
+            text(area, of, at(RIGHT, 120), 17, FAINT, HPos::Right)?;
+            text(area, "polygons", at(RIGHT, 214), 17, FAINT, HPos::Right)?;
         }
         let name: String = one_line(&self.race.recording).chars().take(MOST_LETTERS).collect();
         let (polygons, processor) = (thousands(self.race.polygons), one_line(&self.processor));
@@ -168,42 +163,21 @@ impl<'a> RaceFilm<'a> {
         ];
         let top = (self.size().1 - FOOT_HEIGHT) as i32;
         for (line, y) in lines.iter().zip([16, 36, 56]) {
-            canvas.text(line, (EDGE, top + y), 17, FAINT, Side::Left)?;
+            text(area, line, (EDGE, top + y), 17, FAINT, HPos::Left)?;
         }
-        Ok(canvas)
+        Ok(())
     }
 
-    /// A frame of the film with this picture of the model.
-    fn frame(&self, still: &Canvas, frame: usize, model: &[u8]) -> Result<Canvas, Box<dyn Error>> {
-        let mut canvas = still.clone();
-        for (number, racer) in self.race.racers.iter().enumerate() {
-            let (at, slice) = (pane(number), self.slice(frame));
-            let played = &racer.times_ns[..slice.end];
-            let missed = played.iter().filter(|&&ns| ns > Racer::MOST_NS).count() as u64;
-            let (frames, color) = (thousands(played.len() as u64), if missed > 0 { LATE } else { FAINT });
-            let said = format!("{} of {frames} frames missed 90 Hz", thousands(missed));
-            canvas.text(&said, at(RIGHT, 32), 19, color, Side::Right)?;
-            canvas.lay(at(EDGE, 46), MODEL.0, model);
-            let ns = longest(racer, slice.clone());
-            let color = if ns > Racer::MOST_NS { LATE } else { INK };
-            canvas.text(&Racer::figure_ms(ns), at(RIGHT - 32, 94), 50, color, Side::Right)?;
-            let polygons = thousands(self.race.present[slice.end - 1]);
-            canvas.text(&polygons, at(RIGHT, 190), 34, INK, Side::Right)?;
-            self.strip(&mut canvas, racer, frame, at)?;
-        }
-        Ok(canvas)
-    }
-
-    fn strip(
+    fn draw_strip<B: Backend>(
         &self,
-        canvas: &mut Canvas,
+        area: &Area<B>,
         racer: &Racer,
         frame: usize,
         at: impl Fn(i32, i32) -> (i32, i32),
-    ) -> Result<(), Box<dyn Error>> {
+    ) -> Drawn {
         let (left, top) = STRIP_AT;
         let (right, bottom) = (left + STRIP.0 as i32, top + STRIP.1 as i32);
-        canvas.fill(at(left, top), at(right, bottom), CARD);
+        fill(area, at(left, top), at(right, bottom), CARD)?;
         let height = |ns: u64| {
             // At least one pixel, so that every time is visible.
             (ns as f64 / self.height_ns * f64::from(STRIP.1)).clamp(1.0, f64::from(STRIP.1)) as i32
@@ -212,22 +186,74 @@ impl<'a> RaceFilm<'a> {
         for column in 0..=frame {
             let ns = longest(racer, self.slice(column));
             let color = if ns > Racer::MOST_NS { LATE } else { IN_TIME };
-            canvas.fill(at(x(column), bottom - height(ns)), at(x(column + 1), bottom), color);
+            fill(area, at(x(column), bottom - height(ns)), at(x(column + 1), bottom), color)?;
         }
         let limit = bottom - height(Racer::MOST_NS);
-        canvas.fill(at(left, limit), at(right, limit + 1), INK);
-        canvas.text("11.1 ms (90 Hz)", at(left + 6, limit - 6), 17, INK, Side::Left)
+        fill(area, at(left, limit), at(right, limit + 1), INK)?;
+        text(area, "11.1 ms (90 Hz)", at(left + 6, limit - 6), 17, INK, HPos::Left)
     }
 }
 
-/// Converts a position in a pane to a position in the film.
+/// A frame of the film, with its picture of the model.
+struct Shown<'a> {
+    film: &'a RaceFilm<'a>,
+    frame: usize,
+    model: &'a [u8],
+}
+
+impl Picture for Shown<'_> {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
+        let Self { film, frame, model } = *self;
+        film.draw_still(area)?;
+        for (number, racer) in film.race.racers.iter().enumerate() {
+            let (at, slice) = (pane(number), film.slice(frame));
+            let played = &racer.times_ns[..slice.end];
+            let missed = played.iter().filter(|&&ns| ns > Racer::MOST_NS).count() as u64;
+            let (frames, color) = (thousands(played.len() as u64), if missed > 0 { LATE } else { FAINT });
+            let said = format!("{} of {frames} frames missed 90 Hz", thousands(missed));
+            text(area, &said, at(RIGHT, 32), 19, color, HPos::Right)?;
+            let (left, top) = at(EDGE, 46);
+            for (place, pixel) in (0..).zip(model.chunks_exact(3)) {
+                let (x, y) = (place % MODEL.0 as i32, place / MODEL.0 as i32);
+                area.draw_pixel((left + x, top + y), &RGBColor(pixel[0], pixel[1], pixel[2]))?;
+            }
+            let ns = longest(racer, slice.clone());
+            let color = if ns > Racer::MOST_NS { LATE } else { INK };
+            text(area, &Racer::figure_ms(ns), at(RIGHT - 32, 94), 50, color, HPos::Right)?;
+            let polygons = thousands(film.race.present[slice.end - 1]);
+            text(area, &polygons, at(RIGHT, 190), 34, INK, HPos::Right)?;
+            film.draw_strip(area, racer, frame, at)?;
+        }
+        area.present()?;
+        Ok(())
+    }
+}
+
+/// Fills a rectangle up to, but excluding, its lower right corner.
+fn fill<B: Backend>(area: &Area<B>, from: (i32, i32), to: (i32, i32), color: RGBColor) -> Drawn {
+    area.draw(&Rectangle::new([from, (to.0 - 1, to.1 - 1)], color.filled()))?;
+    Ok(())
+}
+
+/// Writes a line of text that begins or ends at a point of its baseline.
+fn text<B: Backend>(
+    area: &Area<B>,
+    text: &str,
+    (x, baseline): (i32, i32),
+    size: i32,
+    color: RGBColor,
+    side: HPos,
+) -> Drawn {
+    let style = TextStyle::from(("sans-serif", size).into_font()).color(&color);
+    // The middle of the letters lies about a third of their size above the baseline.
+    let at = (x, baseline - size / 3);
+    area.draw(&Text::new(text.to_owned(), at, style.pos(Pos::new(side, VPos::Center))))?;
+    Ok(())
+}
+
 fn pane(number: usize) -> impl Fn(i32, i32) -> (i32, i32) + Copy {
     let (column, row) = ((number % 2) as i32, (number / 2) as i32);
     move |x, y| (x + column * PANE.0 as i32, y + row * PANE.1 as i32)
-}
-
-fn undrawn(error: Box<dyn Error>) -> FilmError {
-    FilmError::Draw(error.to_string())
 }
 
 /// The longest frame time of a slice, nanoseconds.
@@ -279,10 +305,10 @@ mod tests {
         ]);
         let film = RaceFilm::new(&race, &Machine::here(None));
         assert_eq!((film.size(), film.frames()), ((960, 788), 224));
-        let still = film.still().expect("drawn");
         let strips = |frame: usize, color: RGBColor| {
-            let canvas = film.frame(&still, frame, &[]).expect("drawn");
-            [(0, 0), (480, 0), (0, 360)].map(|pane| of_strip(&canvas.rgb, pane, color))
+            let shown = Shown { film: &film, frame, model: &[] };
+            let rgb = pixels(&shown, film.size()).expect("drawn");
+            [(0, 0), (480, 0), (0, 360)].map(|pane| of_strip(&rgb, pane, color))
         };
         let (red, blue) = (|frame| strips(frame, LATE), |frame| strips(frame, IN_TIME));
         // A frame of the film is one or two frames of the session: number 23 is frames 30 and 31.
@@ -297,16 +323,5 @@ mod tests {
         assert_eq!(blue(223)[0], STRIP.0 as usize);
         assert!(blue(223)[1] > 10 * blue(223)[0]);
         assert!(red(223)[1] > 3 * blue(223)[1]);
-    }
-
-    #[test]
-    fn a_disturbance_does_not_flatten_the_rest() {
-        let race = race(&[|frame| if frame == 100 { 3_000_000_000 } else { 10_000_000 }, |_| 1_000_000]);
-        let film = RaceFilm::new(&race, &Machine::here(None));
-        assert!(film.height_ns < 20.0e6, "{}", film.height_ns);
-        assert_eq!(film.size(), (960, 428));
-        // Every frame of the session is in exactly one slice.
-        let slices: Vec<usize> = (0..film.frames()).flat_map(|frame| film.slice(frame)).collect();
-        assert_eq!(slices, (0..300).collect::<Vec<_>>());
     }
 }

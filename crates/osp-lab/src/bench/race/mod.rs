@@ -1,7 +1,6 @@
 //! A race: structures cull the same frames of one session in turns. It shows which structures reach the frame rate of a
 //! headset.
 
-mod canvas;
 mod film;
 mod plot;
 mod racer;

@@ -1,7 +1,6 @@
 use crate::report::short;
 use osp_session::recording::Pace;
 
-/// A structure in a race, and its frame times.
 #[derive(Clone, Debug)]
 pub struct Racer {
     /// The structure's name on the command line.
@@ -12,9 +11,7 @@ pub struct Racer {
     pub missed: u64,
     /// Number of polygons in the model at the first frame that took longer than [`Racer::MOST_NS`].
     pub first_missed: Option<u64>,
-    /// The longest frame, nanoseconds.
     pub longest_ns: u64,
-    /// Polygons in view in the latest frame.
     pub in_view: u64,
     pub(super) bytes: usize,
 }

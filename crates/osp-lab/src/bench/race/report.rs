@@ -9,22 +9,18 @@ use crate::{
 
 const PART: &str = "race";
 
-/// The report of a run of `osp race`.
 #[derive(Clone, Debug, Serialize)]
 pub struct RaceReport {
     /// The result in one sentence.
     pub verdict: String,
-    /// Machine of the measurement.
     pub machine: Machine,
     /// The arguments that repeat the run.
     pub command: String,
-    /// Measured rows.
     #[serde(flatten)]
     pub rows: Rows,
 }
 
 impl RaceReport {
-    /// The report of a finished race.
     pub fn new(race: &Race, machine: Machine, command: String) -> Self {
         Self { verdict: verdict(race), machine, command, rows: rows(race) }
     }
@@ -131,31 +127,6 @@ mod tests {
             load: Default::default(),
             racers: [("osp", frames_us[0]), ("octree-rebuild", frames_us[1])].map(racer).into(),
         }
-    }
-
-    #[test]
-    fn the_verdict_is_one_sentence_on_each_structure() {
-        let slow = race([&[8, 84, 7], &[11_111, 11_112, 15_240]]);
-        assert_eq!(
-            verdict(&slow),
-            "On a\\u0007.ron (3,000 polygons, 3 frames) osp held 90 Hz in every frame, the longest took 0.084 ms; octree-rebuild missed \
-             90 Hz in 2 frames, first at 2,000 polygons, and took 15.2 ms in the longest."
-        );
-        let value = |index, figure| rows(&slow).value(PART, "a\u{7}.ron", index, figure);
-        assert_eq!([value("osp", "missed"), value("octree-rebuild", "missed")], [Some(0.0), Some(2.0)]);
-        assert_eq!(value("osp", "first_missed_at"), None);
-        assert_eq!(value("octree-rebuild", "first_missed_at"), Some(2000.0));
-        assert_eq!(value("octree-rebuild", "frame_max"), Some(15_240.0));
-        let one = verdict(&race([&[12_000], &[250]]));
-        assert!(
-            one.contains("osp missed 90 Hz in 1 frame, first at 1,000 polygons, and took 12.0 ms"),
-            "{one}"
-        );
-        assert!(
-            one.contains("octree-rebuild held 90 Hz in every frame, the longest took 0.250 ms."),
-            "{one}"
-        );
-        assert!(verdict(&race([&[], &[]])).ends_with("there is nothing to measure."));
     }
 
     #[test]

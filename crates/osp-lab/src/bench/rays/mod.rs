@@ -65,12 +65,10 @@ const MOST: usize = 2000;
 /// Number of queries that are timed together.
 const TOGETHER: usize = 16;
 
-/// Settings of [`cast_rays`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct RaysConfig {
     /// The structures.
     pub kinds: Vec<Contender>,
-    /// The reference, with which the others are compared.
     pub reference: IndexKind,
     /// Number of rays from outside, of rays from inside, of boxes and of points.
     pub queries: usize,
@@ -423,28 +421,5 @@ mod tests {
             let ((any, is_any), (nearest, is_hit)) = (asked(true), asked(false));
             assert!(is_any == is_hit && any <= nearest, "{any} {nearest}");
         }
-    }
-
-    #[test]
-    fn all_structures_give_the_same_answers_and_a_model_without_polygons_none() {
-        let config =
-            RaysConfig { kinds: Contender::all(), reference: IndexKind::Osp, queries: 20, budget_secs: 0.0 };
-        let model = RaysModel::synthetic(700).expect("it is whole");
-        let rows = cast_rays(&config, &model, |_| {});
-        assert_eq!(rows.faults, Vec::<String>::new());
-        for kind in &config.kinds {
-            let of = |task: &str, figure: &str| rows.value(task, "scribble-700", kind.name(), figure);
-            let tests = |at: usize| of(TASKS[at], "exact_tests").expect("it is measured");
-            assert!(tests(0) > 0.0 && tests(2) <= tests(1), "{}", kind.name());
-            assert!(tests(4) >= NEIGHBOURS as f64, "{}", kind.name());
-            for task in TASKS {
-                assert!(of(task, "values") >= Some(FEWEST as f64), "{}, {task}", kind.name());
-            }
-            // Best first visits at most as many nodes as any other order; nodes at the same distance may be exchanged.
-            let [in_order, best_first] = WALKS.map(|walk| of(walk, "nodes").expect("it is measured"));
-            assert!(best_first <= in_order * 1.05 + 0.5, "{}", kind.name());
-        }
-        let empty = RaysModel::new("nothing", Vec::new(), Aabb::cube(Vec3::ZERO, 1.0));
-        assert!(cast_rays(&config, &empty, |_| {}).rows.is_empty());
     }
 }

@@ -14,7 +14,6 @@ use osp_session::{recording::RecordingError, scene::Scene};
 /// Polygons numbered in drawing order.
 #[derive(Clone, Debug)]
 pub struct RaysModel {
-    /// Name of the recording or synthetic model.
     pub recording: String,
     pub(in crate::bench) polygons: Vec<ConvexPolygon>,
     pub(in crate::bench) boxes: Vec<Aabb>,

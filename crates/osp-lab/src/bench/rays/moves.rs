@@ -19,7 +19,6 @@ use osp::{
 };
 use osp_rivals::IndexKind;
 
-/// Numbers of moves after which the trees are measured.
 const MEASURED_AFTER: [u32; 7] = [0, 1, 2, 4, 8, 16, 32];
 /// Length of one move of a polygon, as a fraction of the model's diagonal. Each polygon always moves in its own
 /// direction.
