@@ -150,7 +150,6 @@ pub(super) struct TrackerArgs {
     pub(super) tracker_key_file: Option<PathBuf>,
 }
 
-/// Without the window the value is not parsed; the command reports the missing feature.
 /// Send a session to a window, like a tracker (`osp sketch --tracker udp://…`).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:

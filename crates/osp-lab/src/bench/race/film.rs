@@ -229,9 +229,9 @@ impl Picture for Shown<'_> {
     }
 }
 
-/// Fills a rectangle up to, but excluding, its lower right corner.
+/// Fills a rectangle; in pixels, its lower right corner is excluded.
 fn fill<B: Backend>(area: &Area<B>, from: (i32, i32), to: (i32, i32), color: RGBColor) -> Drawn {
-    area.draw(&Rectangle::new([from, (to.0 - 1, to.1 - 1)], color.filled()))?;
+    area.draw(&Rectangle::new([from, to], color.filled()))?;
     Ok(())
 }
 
