@@ -341,7 +341,15 @@ impl Facets {
         self.picture = Some(picture);
         for shadow in shadows {
             let corners = shadow.corners();
-            let eyes = corners.iter().map(|corner| raster.in_axes(*corner));
+            // A shadow is cut at the near plane. Its corners there move along their rays to what the picture can show.
+            let eyes = corners.iter().map(|corner| {
+                let eye = raster.in_axes(*corner);
+                if eye.z > 0.0 && eye.z < picture.near {
+                    eye * (1.0 + 1.0e-15) * (picture.near / eye.z)
+                } else {
+                    eye
+                }
+            });
             let mut seen = [([0; 2], 0.0); super::super::MAX_SIDES];
             let mut is_seen = true;
             for (seen, eye) in seen.iter_mut().zip(eyes) {

@@ -146,6 +146,19 @@ fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
     assert_eq!(depth.test_box(&behind).verdict, Verdict::Hidden);
 }
 
+/// A floor below the eye begins behind the eye, so the near plane cuts it. It hides what is below it.
+#[test]
+fn an_occluder_that_the_near_plane_cuts_hides_in_pixels_too() {
+    let window = straight(1.0, 0.01);
+    let at = Vec3::new;
+    let floor = [at(-50.0, -0.5, -50.0), at(50.0, -0.5, -50.0), at(50.0, -0.5, 50.0), at(-50.0, -0.5, 50.0)];
+    let mut depth = CoverageBuffer::new(128, 128);
+    depth.build(&window, &[ShadowVolume::of_polygon(&floor, &window).expect("a floor")]);
+    let verdict = |y: f32| depth.test_box(&Aabb::cube(at(0.0, y, 3.0), 0.5)).verdict;
+    assert_eq!(verdict(-1.5), Verdict::Hidden);
+    assert_ne!(verdict(-0.6), Verdict::Hidden);
+}
+
 /// A triangle that crosses the plane through the eye: projected, its corner behind the eye lands in the middle of the wall.
 #[test]
 fn what_crosses_the_eyes_plane_is_drawn() {
