@@ -97,11 +97,6 @@ impl Raster {
         [x, y, normal.x * self.corner.x + normal.y * self.corner.y + normal.z]
     }
 
-    /// The largest tangent of the angle between the direction of view and the window's borders.
-    pub(crate) fn largest_tangent(&self) -> f64 {
-        self.corner.abs().max(self.far_corner.abs()).max_element()
-    }
-
     /// Number of pixels of one unit at distance 1 from the eye, across and up.
     pub(crate) fn pixels_a_unit(&self) -> DVec2 {
         self.pixels_a_unit

@@ -30,10 +30,6 @@ const LANES: usize = 16;
 /// slack exceeds their own errors by more than this one rounding.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
-/// Largest tangent of the angle between the direction of view and the window's border for which pixels are
-/// exact enough.
-const LARGEST_TANGENT: f64 = 1.0e4;
-
 /// Least distance of a box in front of the eye's plane, relative to the box's size, at which the test is exact enough: the
 /// distances of its corners then err by less than a hundredth in `f32`.
 const NEAREST_SINE: f64 = 1.0e-4;
@@ -41,7 +37,6 @@ const NEAREST_SINE: f64 = 1.0e-4;
 /// A picture of the surfaces in front of the eye: the pixels that they cover wholly, and their largest distance.
 #[derive(Clone, Debug)]
 pub struct CoverageBuffer {
-    nearest_sine: f64,
     mean_distance_m: f64,
     facets: Facets,
     tiles: Tiles,
@@ -54,7 +49,6 @@ impl CoverageBuffer {
     pub fn new(width: u32, height: u32) -> Self {
         let tiles = |pixels: u32| (pixels.clamp(1, 8192) as usize).div_ceil(SIDE);
         Self {
-            nearest_sine: f64::INFINITY,
             mean_distance_m: 0.0,
             facets: Facets::default(),
             tiles: Tiles::new(tiles(width), tiles(height)),
@@ -95,9 +89,7 @@ impl CoverageBuffer {
         [self.tiles.columns, self.tiles.rows].map(|tiles| (tiles * SIDE) as f64)
     }
 
-    fn fill(&mut self, raster: &Raster) -> BuildCounts {
-        let is_exact = raster.largest_tangent() <= LARGEST_TANGENT;
-        self.nearest_sine = if is_exact { NEAREST_SINE } else { f64::INFINITY };
+    fn fill(&mut self) -> BuildCounts {
         self.backend.run(Fill { facets: self.facets.all(), tiles: &mut self.tiles });
         let (occluders, nodes) = (self.facets.drawn() as u32, self.tiles.covered() as u32);
         BuildCounts { occluders, nodes, ..BuildCounts::default() }
@@ -118,7 +110,7 @@ impl CoverageBuffer {
             None => whole,
         };
         self.facets.project(surfaces, picture);
-        self.fill(&picture.raster)
+        self.fill()
     }
 
     /// Mean distance of the last build's corners from the eye, metres. A distance is the sum of the absolute
@@ -161,7 +153,7 @@ impl CoverageBuffer {
         for lane in 0..count {
             let verdict = |verdict, steps| Tested { verdict, steps };
             // A box that reaches back to the eye's plane, or is not finite, has no outline. NaN ends here, too.
-            if !(seen.near[lane] > self.nearest_sine * seen.size[lane] && seen.far[lane].is_finite()) {
+            if !(seen.near[lane] > NEAREST_SINE * seen.size[lane] && seen.far[lane].is_finite()) {
                 each(lane, verdict(Verdict::PartlyHidden, 0));
                 continue;
             }
@@ -417,8 +409,10 @@ impl SeenBoxes {
     ///
     /// With `u = 2^-24`, the size `s` and the nearest distance `z` of a box, `r = s / z`, and `m` pixels a unit: a
     /// corner's coordinate relative to the eye errs by at most `5 u s`, and so does its distance. So their ratio errs
-    /// by less than `6 u r (1 + r)`. The last two roundings err by less than `2 u m (1 + r)`, as the ratio and the
-    /// tangent of the window's corner are at most `r` and `t`. The sum is less than `16 u m (1 + r)^2 + 4 u m t`.
+    /// by less than `6 u r (1 + r)`. The conversion to the pixel `x` adds `2 u m r + 3 u (x + m r)`, as the origin lies
+    /// within `m r` of `x`. The sum is less than `16 u m (1 + r)^2 + 3 u x`. The outline is not widened by `3 u x`: it is
+    /// below 0.0015 pixels, which [`MARGIN`](super::picture::MARGIN) has to spare, and below the part of the facets' slack
+    /// that grows with `x`.
     #[inline(always)]
     fn outlines(&self, raster: &Raster) -> [[[f32; LANES]; 2]; 2] {
         const U: f32 = 0.5 * f32::EPSILON;
@@ -450,10 +444,9 @@ impl SeenBoxes {
             }
         }
         let most = pixels.max_element();
-        let fixed = 4.0 * U * most * (1.0 + raster.largest_tangent() as f32);
         for lane in 0..LANES {
             let ratio = 1.0 + (self.size[lane] / self.near[lane]) as f32;
-            let slack = 16.0 * U * most * (ratio * ratio) + fixed;
+            let slack = 16.0 * U * most * (ratio * ratio);
             for axis in 0..2 {
                 low[axis][lane] = low[axis][lane] * pixels[axis] + origin[axis] - slack;
                 high[axis][lane] = high[axis][lane] * pixels[axis] + origin[axis] + slack;
@@ -471,7 +464,7 @@ impl OcclusionCuller for CoverageBuffer {
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
         let raster = self.begin(window);
         self.facets.take_shadows(occluders, window, &raster);
-        self.fill(&raster)
+        self.fill()
     }
 
     fn test_box(&self, bounds: &Aabb) -> Tested {

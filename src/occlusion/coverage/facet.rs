@@ -274,7 +274,7 @@ impl Facet {
     /// Rounding error of the plane's reciprocal depth in a tile. The terms may cancel, so the error is a part
     /// of the largest terms.
     #[inline(always)]
-    pub(super) fn slack(&self, x: f64, y: f64) -> f64 {
+    fn slack(&self, x: f64, y: f64) -> f64 {
         let [base, by_x, by_y] = self.plane;
         DEPTH_SLACK * (base.abs() + (by_x * (x + SQUARE)).abs() + (by_y * (y + SQUARE)).abs())
     }

@@ -12,7 +12,7 @@ use super::{
 use crate::index::simd::{Kernel, WithKernel};
 
 /// Position of the sample in a pixel, across and up. It lies between the steps to which corners are rounded, so no
-/// horizontal or vertical edge passes through it.
+/// horizontal or vertical edge passes through it. [`TOUCH`] makes any place from the middle to the last corner safe.
 const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
 
 /// A sample counts as covered if it lies at least this far inside each edge. See [`Edges`] for the unit and the

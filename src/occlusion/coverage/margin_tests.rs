@@ -19,6 +19,7 @@ use crate::{
     math::{Aabb, Sphere},
     occlusion::{OcclusionCuller, Verdict, raster::Raster},
     polygon::ConvexPolygon,
+    view::ViewWindow,
 };
 
 /// Tiles and pixels of the test's picture, each way.
@@ -295,4 +296,57 @@ fn a_sphere_is_visible_whose_cube_is_rounded_into_a_wall() {
         assert_ne!(test(middle), Verdict::Hidden, "{middle}");
         assert_eq!(test(middle - 4.0 * ulp), Verdict::Hidden, "{middle}");
     }
+}
+
+/// A square window from the origin along -z, with tangents up to 1.
+fn square_window(near_m: f64) -> ViewWindow {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, -1.0));
+    ViewWindow::new(DVec3::ZERO, DVec3::NEG_Z, corners, near_m).expect("a window")
+}
+
+#[test]
+fn a_long_box_is_not_hidden_whose_nearest_distance_is_rounded_past_a_wall() {
+    let buffer = built(&Polygons(vec![square(0.0, 1.0e-11, -1.4e-12)]), &square_window(0.0));
+    let is_hidden = |half: f32, far: f32, near: f32| {
+        let bounds = Aabb::new(Vec3::new(-half, -half, -far), Vec3::new(half, half, -near));
+        buffer.test_box(&bounds).verdict == Verdict::Hidden
+    };
+    assert!(is_hidden(1.0e-12, 3.0e-12, 2.0e-12));
+    // Half of the length and the middle are rounded to multiples of 0.9e-12, and their difference to 1.8e-12.
+    assert!(!is_hidden(1.0, 1.0e4, 1.0e-12));
+}
+
+#[test]
+fn a_triangle_is_cut_at_the_near_plane_only_if_rounding_moves_its_sides_by_less_than_their_margin() {
+    let window = square_window(1.0);
+    let mut random = Random(11);
+    let mut covered = 0;
+    for scene in 0..100 {
+        // The sides from the far corners meet the near plane in or next to the window.
+        let far = if scene % 2 == 0 { 1.0 } else { 2.0_f64.powi(36) };
+        let mut place = |across: i32, from: i32, to: i32| {
+            let mut within = |low: i32, high: i32| f64::from(low + random.below((high - low + 1) as usize));
+            DVec3::new(within(-across, across), within(-across, across), within(from, to))
+        };
+        let corners = [place(1000, -1000, -500) * far, place(1000, -1000, -500) * far, place(4, 1, 3)];
+        let [a, b, c] = corners.map(|corner| corner.as_vec3());
+        let buffer = built(&Polygons(vec![ConvexPolygon::triangle(a, b, c)]), &window);
+        let (raster, _, tiles) = buffer.parts().expect("a picture");
+        let [right, up, forward] = raster.axes();
+        for pixel in (0..320 * 184).map(|i| [i % 320, i / 320]) {
+            if !tiles.hides_pixel(pixel, 1.0e-30) {
+                continue;
+            }
+            covered += 1;
+            for i in 0..12 {
+                let at = DVec2::new((pixel[0] + i % 2) as f64, (pixel[1] + i / 2 % 2) as f64);
+                let tangents = raster.tangents()[0] + at / raster.pixels_a_unit();
+                let direction = forward + right * tangents.x + up * tangents.y;
+                let [a, b, c] = [0, 1, 2].map(|k| corners[(i / 4 + k) % 3]);
+                let plane = a.cross(b);
+                assert!(plane.dot(direction) * plane.dot(c) >= 0.0, "{pixel:?} {corners:?}");
+            }
+        }
+    }
+    assert!(covered > 10_000, "{covered}");
 }

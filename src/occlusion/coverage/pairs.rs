@@ -12,7 +12,7 @@ use super::{
 };
 
 /// Triangles are joined only if the quad's bound keeps at least this share of their reciprocal depth. Two
-/// triangles in one plane lose nothing.
+/// triangles in one plane lose nothing. Any share is safe, as the quad's plane lies behind both.
 const LEAST_LEFT: f64 = 0.995;
 
 /// A side that two triangles share: its number in the first triangle, the second triangle, and its number in the second
@@ -119,12 +119,12 @@ impl Facet {
         (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
     }
 
-    /// The ratio of a corner's reciprocal depth to that of the facet's plane at the corner's pixel, at most
-    /// 1. The slack only repeats what [`Facet::depths`] takes off.
+    /// The ratio of a corner's reciprocal depth to that of the facet's plane at the corner's pixel, at most 1. The slack
+    /// of [`Facet::depths`] exceeds its rounding.
     fn depth_ratio(&self, seen: &Seen, raster: &Raster) -> f64 {
         let at = raster.flat_in_pixels(seen.eye.x / seen.eye.z, seen.eye.y / seen.eye.z);
         let [base, by_x, by_y] = self.plane;
-        let plane = base + by_x * at.x + by_y * at.y + self.slack(at.x, at.y);
+        let plane = base + by_x * at.x + by_y * at.y;
         if plane > 0.0 { (seen.nearness / plane).min(1.0) } else { 0.0 }
     }
 }

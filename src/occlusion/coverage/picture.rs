@@ -9,10 +9,10 @@ use crate::view::ViewWindow;
 pub(super) const STEPS: f64 = 64.0;
 
 /// Largest error of a corner's position in the picture, across and up, pixels: half a step, and [`KNOWN`]. It exceeds
-/// their sum by more than `f32` errs at an edge.
+/// their sum by more than `f32` errs at an edge, or at a box.
 pub(super) const MARGIN: f64 = 1.0 / 64.0;
 
-const _: () = assert!(0.5 / STEPS + KNOWN + 0.001 < MARGIN);
+const _: () = assert!(0.5 / STEPS + KNOWN + 0.003 < MARGIN);
 
 /// Largest error of a corner's position before it is rounded to steps, pixels.
 const KNOWN: f64 = 0.004;
@@ -25,11 +25,12 @@ const FARTHEST_PX: f64 = (1 << 23) as f64;
 /// area.
 const LARGEST_PART: f64 = 0.8;
 
-/// Least width and height of the shown part, as a fraction of the window's. The corners of a smaller part would be too
-/// imprecise.
+/// Least width and height of the shown part, as a fraction of the window's. In a smaller part more corners would be too
+/// imprecise, and [`Picture::project`] would omit them.
 const SMALLEST_PART: f64 = 1.0 / 16.0;
 
-/// Width of the border around the occluders, as a fraction of their extent.
+/// Width of the border around the occluders, as a fraction of their extent. Without it, fewer objects lie wholly in the
+/// picture, and the others count as visible.
 const BORDER: f64 = 0.01;
 
 /// The transform to the picture, and the limits of its precision.

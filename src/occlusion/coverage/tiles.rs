@@ -18,7 +18,8 @@ const RESERVED_LOCALS: usize = 1 << 10;
 
 const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
 
-/// Facets of a surface are bounded together if their bounds differ by at most this share in the whole tile.
+/// Facets of a surface are bounded together if their bounds differ by at most this share in the whole tile. Any share
+/// is safe, as their bound is valid for each.
 const FLAT: f32 = 1.0 / 500.0;
 
 /// The part of a facet, or of a surface, in a tile.
