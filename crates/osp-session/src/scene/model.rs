@@ -351,10 +351,11 @@ impl Scene {
         }
         match event {
             // These events depend on the groups of all authors.
-            Event::Move { .. } | Event::Group { .. } => self.catch_up_all(),
+            Event::Move { .. } | Event::Group { parent: Some(_), .. } => self.catch_up_all(),
             Event::Begin { .. }
             | Event::Polygon { .. }
             | Event::Erase { .. }
+            | Event::Group { .. }
             | Event::Place { .. }
             | Event::Assign { .. } => match self.closed_layers.is_empty() {
                 true => self.catch_up(author),

@@ -5,9 +5,9 @@ use osp_session::{
     replay::{Player, fingerprint_of_frame, summarize_each},
     scene::Scene,
 };
-use osp_testkit::events::SOLE;
+use osp_testkit::events::{By, SOLE};
 
-use super::{begin, play, point, straight};
+use super::{authors, begin, play, point, straight};
 use glam::{Quat, Vec3};
 use osp_testkit::Editor;
 
@@ -112,6 +112,30 @@ fn a_frame_costs_its_events_and_its_strokes_but_not_their_product() {
         assert_eq!(scene.counts(), one_by_one.counts(), "{name}");
         assert!(scene.visible_ids().eq(one_by_one.visible_ids()), "{name}");
         scene.visible_ids().for_each(|id| assert_eq!(scene.polygon(id), one_by_one.polygon(id), "{name}"));
+    }
+}
+
+#[test]
+fn an_edit_that_one_author_turns_while_another_one_groups_is_visited_once() {
+    const TURNS: u32 = 500;
+    let (a, b) = (Author(1), Author(2));
+    let all: Vec<StrokeId> = (0..STROKES).map(|n| authors::id(a, n)).collect();
+    let strokes = || (0..STROKES).flat_map(|n| authors::stroke(a, n)).chain(authors::stroke(b, 0));
+    let grouped = |n: u32| By(b).grouped(authors::group_id(b, n % 2), [authors::id(b, 0)], None);
+    for edit in [By(a).moved(all.clone(), Vec3::X), By(a).grouped(authors::group_id(a, 0), all, None)] {
+        let mut scene = Scene::new();
+        play(&mut scene, &[authors::join(a), authors::join(b)]);
+        play(&mut scene, &strokes().chain([edit]).collect::<Vec<_>>());
+        let mut one_by_one = scene.clone();
+        let turn = |n: u32| if n.is_multiple_of(2) { By(a).undo() } else { By(a).redo() };
+        let events: Vec<Event> = (0..=TURNS).flat_map(|n| [turn(n), grouped(n)]).collect();
+        let before = scene.work().total();
+        scene.apply_all(&events, &mut Vec::new());
+        let work = scene.work().total() - before;
+        assert!(work <= u64::from(10 * TURNS + 10 * STROKES), "{work}");
+        play(&mut one_by_one, &events);
+        assert_eq!(scene.counts(), one_by_one.counts());
+        scene.visible_ids().for_each(|id| assert_eq!(scene.polygon(id), one_by_one.polygon(id)));
     }
 }
 
