@@ -7,7 +7,7 @@
 import { join } from 'node:path';
 import { check, finish, pictures } from './common.mjs';
 import { serve } from './server.mjs';
-import { isClean, launch, newProfile, newTab, openPage, sleep, stateOf, wrongOf } from './visit.mjs';
+import { draw, isClean, launch, newProfile, newTab, openPage, stateOf, wrongOf } from './visit.mjs';
 
 const isolated = await serve();
 const plain = await serve({ isolates: false });
@@ -20,10 +20,7 @@ try {
     check(Math.abs(clockStepNs - stepNs) < stepNs / 10, `the page's clock has steps of ${clockStepNs} ns, expected about ${stepNs}`);
     await page.evaluate(() => document.querySelector('canvas').focus());
     await page.keyboard.press('F2');
-    for (let i = 0; i < 5; i += 1) {
-      await page.mouse.move(600 + i, 400);
-      await sleep(50);
-    }
+    await draw(page, 5);
     if (pictures) await page.screenshot({ path: join(pictures, `clock-${isIsolated ? 'isolated' : 'plain'}.png`) });
     await isClean(page, isIsolated ? 'isolated' : 'not isolated');
     await page.close();
@@ -37,7 +34,7 @@ try {
     const page = await newTab(browser);
     await page.evaluateOnNewDocument(without);
     await page.goto(isolated);
-    await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+    await page.waitForFunction(() => !document.getElementById('wrong').hidden);
     const said = await wrongOf(page);
     check(/WebGPU/.test(said) && /Chrome/.test(said) && /osp sketch/.test(said), `${what}: ${said}`);
     check(page.complaints.length === 0, `${what}: nothing else is complained of ${page.complaints}`);

@@ -3,16 +3,11 @@
 //   web/build && npm ci --prefix web/test && node web/test/keeping.mjs
 //
 // A page that is left, closed or loaded anew keeps everything that was drawn up to then. One that is killed gets no word in: the
-// page hands on what is new three times a second, and the browser takes a moment to write it. So the end may be missing, but no
-// more than was drawn in the last LOST_MS, and what comes back is a beginning of what was drawn.
-import { setTimeout as sleep } from 'node:timers/promises';
+// page hands on what is new three times a second, and the browser takes a moment to write it. So the end may be missing, but
+// nothing that the browser had written, and what comes back is a beginning of what was drawn.
 import { check, finish } from './common.mjs';
 import { serve } from './server.mjs';
-import { beginStroke, isClean, launch, newProfile, openPage, stateOf, stroke, until } from './visit.mjs';
-
-const LOST_MS = 1000;
-/// Longer than it takes to keep what was drawn.
-const KEPT_MS = 1500;
+import { beginStroke, isClean, kept, launch, newProfile, openPage, sleep, stateOf, stroke, until } from './visit.mjs';
 
 const address = await serve();
 const profile = newProfile();
@@ -40,46 +35,29 @@ async function settled(page) {
   }
 }
 
-/// Draws one stroke for four seconds; how many events there were at which time.
-async function drawLong(page, y) {
-  const seen = [];
-  const start = Date.now();
-  for (let i = 0; Date.now() < start + 4000; i += 1) {
-    await page.mouse.move(320 + (i % 25) * 12, y + 30 * Math.sin(i / 3));
-    if (i === 0) await page.mouse.down();
-    await sleep(20);
-    const { length } = await stateOf(page);
-    seen.push([Date.now(), length]);
-  }
-  return seen;
-}
-
 /// Kills the tab's own process.
 async function kill(page) {
   const session = await page.createCDPSession();
-  const at = Date.now();
   // Nobody is left to answer.
   session.send('Page.crash').catch(() => {});
   await new Promise((done) => page.once('error', done));
   await page.close().catch(() => {});
-  return at;
 }
 
 async function killedAt(when, y, isMidStroke) {
   const page = await openPage(browser, address);
   const { length: before } = await stateOf(page);
-  const seen = await drawLong(page, y);
-  if (!isMidStroke) {
-    await page.mouse.up();
-    seen.push([Date.now(), (await stateOf(page)).length]);
-  }
-  const most = seen.at(-1)[1];
-  const at = await kill(page);
-  const least = Math.max(before, ...seen.filter(([time]) => time <= at - LOST_MS).map(([, length]) => length));
+  await beginStroke(page, y);
+  const { length: least } = await settled(page);
+  await kept(page);
+  for (let i = 0; i < 100; i += 1) await page.mouse.move(320 + (i % 25) * 12, y + 30 * Math.sin(i / 3));
+  if (!isMidStroke) await page.mouse.up();
+  const { length: most } = await settled(page);
+  await kill(page);
   const back = await openPage(browser, address);
   const { length } = await until(back, 'the drawing', (state) => state.length > 0);
   check(least > before && length >= least && length <= most + 1,
-    `killed ${when}: ${length} events are back; there were ${before} before the stroke, ${least} ${LOST_MS} ms before the end, ${most} at the end`);
+    `killed ${when}: ${length} events are back; there were ${before} before the stroke, ${least} kept, ${most} at the end`);
   await isClean(back, `killed ${when}`);
   await back.close();
 }
@@ -126,23 +104,23 @@ try {
   await killedAt('after a stroke', 330, false);
   await killedAt('in mid-stroke', 360, true);
 
-  // After a moment nothing is missing, even if the tab is killed; nor if the whole browser is.
+  // Nothing kept is missing, even if the tab is killed; nor if the whole browser is.
   page = await openPage(browser, address);
   await stroke(page, 380);
-  await sleep(KEPT_MS);
   before = await settled(page);
+  await kept(page);
   await kill(page);
   page = await openPage(browser, address);
-  await isWhole(page, before, `killed ${KEPT_MS} ms after a stroke`);
+  await isWhole(page, before, 'killed after a stroke was kept');
   await stroke(page, 410);
-  await sleep(KEPT_MS);
   before = await settled(page);
+  await kept(page);
   const gone = new Promise((done) => browser.once('disconnected', done));
   browser.process().kill('SIGKILL');
   await gone;
   browser = await launch(profile, size);
   page = await openPage(browser, address);
-  await isWhole(page, before, `the browser killed ${KEPT_MS} ms after a stroke`);
+  await isWhole(page, before, 'the browser killed after a stroke was kept');
 } catch (error) {
   check(false, error.stack);
 } finally {

@@ -27,7 +27,7 @@ try {
   const loaded = [];
   page.on('request', (request) => loaded.push(request.url().split('/').pop()));
   await page.click('#measure');
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden);
   check((await wrongOf(page)).includes('nothing to measure') && !(await isShown(page, 'bench')), await wrongOf(page));
   await page.click('#wrong');
 
@@ -68,18 +68,17 @@ try {
   check(/clock resolution \d+ ns/.test(report) && report.includes('HeadlessChrome'), `it says what it was measured with: ${/clock resolution \d+ ns/.exec(report)}`);
   check(!report.includes('NOT ALL INDEXES'), 'all indexes saw the same polygons');
   const frame = await (await page.$('#bench-report')).contentFrame();
-  await frame.waitForSelector('#verdict p', { timeout: 0 });
+  await frame.waitForSelector('#verdict p');
   await frame.evaluate(() => document.querySelector('figure').scrollIntoView({ block: 'center' }));
-  await frame.waitForFunction(() => document.querySelector('figure.live canvas')?.clientWidth > 200, { timeout: 0 });
+  await frame.waitForFunction(() => document.querySelector('figure.live canvas')?.clientWidth > 200);
   check(true, 'the page shows it, with a chart that lives');
-  await sleep(300);
   await picture(page, 'measured');
   await frame.evaluate(() => scrollTo(0, 0));
   await picture(page, 'verdict');
   const tab = new Promise((done) => browser.once('targetcreated', done));
   await page.click('#bench-open');
   const opened = await (await tab).page();
-  await opened.waitForSelector('#verdict p', { timeout: 0 });
+  await opened.waitForSelector('#verdict p');
   check((await opened.title()).includes('class.ron'), `a tab of its own: ${await opened.title()}`);
   await opened.close();
   await page.click('#bench-close');

@@ -13,7 +13,7 @@ import { canRender, fingerprints } from './native.mjs';
 import { compare } from './pictures.mjs';
 import { serve } from './server.mjs';
 import {
-  catchDownloads, corpus, dropFiles, isClean, isOpen, launch, newProfile, openPage, sleep, stateOf, stroke, takeDownload,
+  catchDownloads, corpus, draw, dropFiles, isClean, isOpen, kept, launch, newProfile, openPage, stateOf, stroke, takeDownload,
   until, wrongOf,
 } from './visit.mjs';
 
@@ -79,7 +79,7 @@ try {
     const { length } = await stateOf(page);
     await page.evaluate((frame) => globalThis.osp.seek(frame), length);
     const state = await until(page, 'the last frame', ({ position, drawn }) => position === length && drawn > 0);
-    await sleep(500);
+    await draw(page, 3);
     const colours = await coloursOf(page, name);
     check(colours > 30, `${name}: ${colours} colours, ${state.drawn} of ${state.polygons} polygons drawn, shown ${readMs} ms after it was chosen`);
     // The first pupil of the class looks elsewhere until the end.
@@ -102,16 +102,11 @@ try {
     await page.evaluate((occlusion) => globalThis.osp.choose('osp', occlusion), occlusion);
     await until(page, occlusion, (state) => state.frames > before);
     // What a frame finds, the next ones use.
-    for (let i = 0; i < 5; i += 1) {
-      await page.mouse.move(640 + i, 400);
-      await sleep(60);
-    }
+    await draw(page, 5);
     const colours = await coloursOf(page, `occlusion-${occlusion}`);
     check(coloursOf.sum === all, `${occlusion}: the same pixels as without, of ${colours} colours`);
   }
   await page.evaluate(() => globalThis.osp.choose('osp', 'queries'));
-  await sleep(200);
-  await page.mouse.move(650, 400);
   const told = await until(page, 'a refusal', (state) => state.message.includes('occlusion queries'));
   check(true, `queries: ${told.message}`);
   await page.evaluate(() => globalThis.osp.choose('osp', 'auto'));
@@ -136,14 +131,14 @@ try {
   await until(page, 'the dropped file', (state) => state.path.startsWith('/input') && state.path.endsWith('scribble.ron') && state.position > 0);
   // Of several sketches one is opened, and the page names the others.
   await dropFiles(page, ['scribble', 'nested'].map((name) => join(root, `recordings/${name}.ron`)));
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden);
   const several = await wrongOf(page);
   check(several.includes('Only scribble.ron') && several.endsWith(': nested.ron'), `two sketches: ${several}`);
   await page.click('#wrong');
   const junk = join(profile, 'junk.tilt');
   writeFileSync(junk, 'this is no sketch');
   await dropFiles(page, [junk]);
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden);
   const refused = await wrongOf(page);
   check(refused.startsWith('junk.tilt') && refused.includes('expected'), `a file that is none: ${refused}`);
   await page.click('#wrong');
@@ -154,7 +149,7 @@ try {
     const { length } = await stateOf(page);
     await page.evaluate((frame) => globalThis.osp.seek(frame), length);
     await until(page, 'the last frame', ({ position }) => position === length);
-    await sleep(500);
+    await draw(page, 3);
     const colours = await coloursOf(page, name);
     check(colours > 10, `${name}: ${colours} colours`);
     if (!isCompared) continue;
@@ -178,8 +173,7 @@ try {
   const undone = await until(canvas, 'the undo', (state) => state.polygons < drawn.polygons);
   check(undone.polygons > 0, `undo: ${drawn.polygons} polygons, then ${undone.polygons}`);
   await isClean(canvas, 'drawing');
-  await sleep(1500);
-  await canvas.waitForFunction(() => globalThis.ospIsIdle());
+  await kept(canvas);
   await canvas.close();
   await browser.close();
   browser = await launch(profile);
@@ -197,7 +191,7 @@ try {
   check((await coloursOf(back, 'phone')) > 5, 'a screen of 390 by 844');
   await isClean(back, 'a phone');
   await back.goto(`${address}?file=recordings/none.ron`);
-  await back.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+  await back.waitForFunction(() => !document.getElementById('wrong').hidden);
   check((await wrongOf(back)).includes('404'), `a link to nothing: ${await wrongOf(back)}`);
 } catch (error) {
   check(false, error.stack);

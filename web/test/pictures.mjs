@@ -13,7 +13,7 @@ import pixelmatch from 'pixelmatch';
 import { PNG } from 'pngjs';
 import { check, pictures } from './common.mjs';
 import { render } from './native.mjs';
-import { stateOf, takeDownload, until } from './visit.mjs';
+import { draw, stateOf, takeDownload, until } from './visit.mjs';
 
 const THRESHOLD = 0.1;
 const MOST_DIFFERING = 0.01;
@@ -38,9 +38,8 @@ function differing(a, b, { includeAA, threshold = THRESHOLD, name = null }) {
 async function take(page, frames) {
   await page.evaluate((frames) => globalThis.osp.seek(frames), frames);
   // Of a large model the window draws shadows anew only after some frames.
-  const { frames: before } = await until(page, 'the frame', ({ position }) => position === frames);
-  const { polygons } = await stateOf(page);
-  for (let i = 0; (await stateOf(page)).frames < before + 3 + (polygons >> 13); i += 1) await page.mouse.move(640 + (i % 2), 400);
+  const { polygons } = await until(page, 'the frame', ({ position }) => position === frames);
+  await draw(page, 3 + (polygons >> 13));
   await page.evaluate(() => globalThis.osp.save('beside.png'));
   const bytes = await takeDownload(page, 'beside.png');
   const { position } = await stateOf(page);

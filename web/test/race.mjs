@@ -7,7 +7,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { check, finish, root } from './common.mjs';
 import { serve } from './server.mjs';
-import { dropFiles, launch, newProfile, newTab, openPage, picture, sleep, until, wrongOf } from './visit.mjs';
+import { dropFiles, launch, newProfile, newTab, openPage, painted, picture, sleep, until, wrongOf } from './visit.mjs';
 
 const textOf = (page, id) => page.$eval(`#${id}`, (element) => element.textContent);
 const numberOf = (text) => Number(text.replaceAll(',', ''));
@@ -43,13 +43,19 @@ async function waitFor(page, pattern) {
   }
 }
 
+/// Waits until the page shows what its worker has sent. A frame that was due would come before the worker's later timer.
+async function caughtUp(page) {
+  await page.workers()[0].evaluate(() => new Promise((done) => setTimeout(done, 100)));
+  await painted(page);
+}
+
 async function openRace(browser, address, size = { width: 1280, height: 800 }, prepare = () => {}) {
   const page = await newTab(browser);
   await page.evaluateOnNewDocument(prepare);
   await page.bringToFront();
   await page.setViewport(size);
   await page.goto(`${address}race.html`);
-  await page.waitForFunction(() => !document.getElementById('run').disabled, { timeout: 0 });
+  await page.waitForFunction(() => !document.getElementById('run').disabled);
   return page;
 }
 
@@ -185,11 +191,10 @@ try {
   await waitFor(page, /frame [1-9]\d+ of/);
   await page.click('#run');
   await waitFor(page, /, paused$/);
-  // What was on its way arrives.
-  await sleep(300);
+  await caughtUp(page);
   const [paused, still] = [await textOf(page, 'status'), await panesOf(page)];
   await picture(page, 'race-paused');
-  await sleep(500);
+  await caughtUp(page);
   check(/, paused$/.test(paused) && (await textOf(page, 'status')) === paused && (await textOf(page, 'run')) === 'Continue', paused);
   check(still[0].inView === still[1].inView && still[0].polygons === still[1].polygons, `paused with ${still[0].inView} of ${still[0].polygons} polygons in view`);
   await page.click('#run');
@@ -263,7 +268,7 @@ try {
   writeFileSync(junk, 'this is no sketch');
   await dropFiles(page, [junk]);
   await page.click('#run');
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden);
   check((await wrongOf(page)).includes('junk.tilt') && (await textOf(page, 'run')) === 'Start again', `a file that is none: ${await wrongOf(page)}`);
 
   // Where a rebuild is too slow for a headset, on most machines.
@@ -275,7 +280,7 @@ try {
 
   const other = await openRace(browser, address, undefined, differing);
   await other.click('#run');
-  await other.waitForFunction(() => !document.getElementById('wrong').hidden && document.querySelector('.late'), { timeout: 0 });
+  await other.waitForFunction(() => !document.getElementById('wrong').hidden && document.querySelector('.late'));
   const different = await panesOf(other);
   check((await wrongOf(other)).includes('different polygons') && String(different.map(({ inView }) => inView)) === '8,7',
     `different polygons in view: ${await wrongOf(other)}`);
@@ -288,8 +293,7 @@ try {
   await late.click('#run');
   for (const [frame, shown, isFrozen] of [[1, '0', true], [2, '0', true], [3, '0', true], [4, '4', false], [5, '5', false]]) {
     await late.evaluate((frame) => globalThis.play(frame), frame);
-    // The outlines are drawn with the next picture of the browser.
-    await sleep(150);
+    await painted(late);
     const [osp, octree] = await panesOf(late);
     check(osp.picture.split(',')[0] === String(frame) && octree.picture.split(',')[0] === shown && octree.isFrozen === isFrozen && !osp.isFrozen,
       `frame ${frame}: the late structure's picture is ${octree.picture.split(',')[0]}, frozen: ${octree.isFrozen}`);
@@ -302,7 +306,7 @@ try {
   const window = await openPage(browser, address);
   await window.select('#examples', 'grow');
   await until(window, 'grow', (state) => state.isReplay && state.position > 0);
-  const [target] = await Promise.all([browser.waitForTarget((target) => target.url().endsWith('race.html')), window.click('#race')]);
+  const [target] = await Promise.all([browser.waitForTarget((target) => target.url().endsWith('race.html'), { timeout: 0 }), window.click('#race')]);
   const tab = await target.page();
   tab.complaints = [];
   await waitFor(tab, /^grow.ron: press Start/);

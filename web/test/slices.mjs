@@ -10,7 +10,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { check, finish } from './common.mjs';
 import { program as osp } from './native.mjs';
-import { choose, openPage, picture, sleep, start, stateOf, until, wrongOf } from './visit.mjs';
+import { choose, draw, openPage, picture, start, stateOf, until, wrongOf } from './visit.mjs';
 
 const POLYGONS = 200_000;
 
@@ -67,11 +67,6 @@ try {
   await page.setViewport({ width: 800, height: 500 });
   await page.select('#examples', 'room');
   await until(page, 'room', (state) => state.isReplay && state.position > 10);
-  await listen(page);
-  await sleep(2000);
-  const { gaps: usual } = await heard(page);
-  const normal = middle(usual);
-  console.log(`frames of a replay: ${usual.length} in 2 s, one in ${normal.toFixed(1)} ms, the longest gap ${usual.at(-1).toFixed(0)} ms`);
 
   // Read, and shown.
   await page.evaluate(() => globalThis.osp.seek(100));
@@ -86,11 +81,11 @@ try {
   console.log(`${POLYGONS} polygons read in ${ms} ms, ${gaps.length} frames meanwhile, tasks of more than 50 ms: ${long.join(' ')}`);
   check(counts.length >= 2 && counts.every((count, at) => at === 0 || counts[at - 1] < count), `the page says how far it has come: ${counts}`);
   // A page that reads all of it in one task shows at most a frame or two.
-  check(gaps.length >= 8, `frames go on: one in ${middle(gaps).toFixed(1)} ms, the longest gap ${gaps.at(-1).toFixed(0)} ms`);
+  check(gaps.length > 2, `frames go on: one in ${middle(gaps).toFixed(1)} ms, the longest gap ${gaps.at(-1).toFixed(0)} ms`);
   await page.evaluate((frame) => globalThis.osp.seek(frame), state.length);
   const whole = await until(page, 'the last frame', ({ position }) => position === state.length);
   check(whole.polygons === inLarge, `all of it is there: ${whole.polygons} of ${inLarge} polygons in ${whole.length} frames`);
-  await sleep(500);
+  await draw(page, 3);
   await picture(page, 'read');
 
   // Cancelled, by the key and by the program.
@@ -118,7 +113,7 @@ try {
     data.items.add(new File(['nonsense'], 'nonsense.xyz'));
     dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }));
   });
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden);
   const { path } = await stateOf(page);
   check(path.endsWith('portrait.ron') && (await wrongOf(page)).includes('nonsense.xyz'), `what cannot be read is said: ${await wrongOf(page)}`);
   await page.click('#wrong');
@@ -134,7 +129,7 @@ try {
   const { gaps: drawGaps, long: drawLong } = await heard(page);
   console.log(`opened to draw on in ${Date.now() - since} ms: tasks of more than 50 ms: ${drawLong.join(' ')}`);
   check(drawn.polygons === whole.polygons, `a copy of ${state.path} to draw on, ${drawn.path}, has ${drawn.polygons} polygons, the longest gap ${drawGaps.at(-1).toFixed(0)} ms`);
-  await sleep(1000);
+  await draw(page, 3);
   await picture(page, 'to-draw');
 
   for (const file of process.argv.slice(3)) {

@@ -30,13 +30,14 @@ export async function start() {
 export function launch(profile, { width = 1280, height = 800 } = {}) {
   return puppeteer.launch({
     executablePath, headless: true, args: flags.split(' '), userDataDir: profile,
-    defaultViewport: { width, height }, protocolTimeout: 300_000,
+    defaultViewport: { width, height }, timeout: 0, protocolTimeout: 0,
   });
 }
 
 /// A new tab. `complaints` gathers what its console says is wrong.
 export async function newTab(browser) {
   const page = await browser.newPage();
+  page.setDefaultTimeout(0);
   page.complaints = [];
   page.on('console', (message) => {
     if (message.type() === 'error') page.complaints.push(message.text());
@@ -69,6 +70,21 @@ export async function until(page, what, holds) {
     await sleep(50);
   }
 }
+
+/// Moves the mouse until the window has shown so many more frames.
+export async function draw(page, count) {
+  const { frames } = await stateOf(page);
+  for (let i = 0; (await stateOf(page)).frames < frames + count; i += 1) await page.mouse.move(640 + (i % 2), 400);
+}
+
+/// Waits until the browser keeps everything that was drawn. The page hands it on every 300 ms, and timers come in order.
+export async function kept(page) {
+  await page.evaluate(() => new Promise((done) => setTimeout(done, 400)));
+  await page.waitForFunction(() => globalThis.ospIsIdle());
+}
+
+/// Waits until the browser has shown what the page has drawn.
+export const painted = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 export async function isClean(page, what) {
   const wrong = await wrongOf(page);
@@ -103,7 +119,6 @@ export async function beginStroke(page, y) {
   await page.mouse.down();
   for (let i = 1; i <= 20; i += 1) {
     await page.mouse.move(420 + i * 12, y + 20 * Math.sin(i / 3));
-    await sleep(16);
   }
 }
 
@@ -127,7 +142,7 @@ export async function catchDownloads(page) {
 
 /// Waits for a download; its bytes.
 export async function takeDownload(page, name) {
-  const found = await page.waitForFunction((name) => globalThis.saved[name], { timeout: 0 }, name);
+  const found = await page.waitForFunction((name) => globalThis.saved[name], {}, name);
   const bytes = Buffer.from(await found.jsonValue(), 'base64');
   await page.evaluate((name) => delete globalThis.saved[name], name);
   return bytes;
