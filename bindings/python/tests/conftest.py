@@ -1,8 +1,8 @@
 """Shared parts of the tests."""
 
 import os
+import sys
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
@@ -57,28 +57,32 @@ def rng():
 
 def assert_others_run_while(work):
     """Checks that this thread runs while another thread is in `work`."""
-    ticks = 0
-    # If `work` held the interpreter's lock, this thread would tick about once, at the end. A busy machine may let it rest
-    # in single runs.
-    while ticks < 5:
-        begun, done, errors, ticks = threading.Event(), threading.Event(), [], 0
+    errors, ended = [], []
 
-        def run():
-            begun.set()
-            try:
-                work()
-            except BaseException as error:
-                errors.append(error)
-            done.set()
+    def run():
+        try:
+            work()
+        except BaseException as error:
+            errors.append(error)
+        ended.append(True)
 
-        thread = threading.Thread(target=run)
-        thread.start()
-        begun.wait()
-        while not done.is_set():
-            time.sleep(0.001)
-            ticks += 1
-        thread.join()
-        assert not errors
+    # The other thread keeps the interpreter's lock until `work` releases it.
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    try:
+        # A busy machine may let this thread rest during single runs.
+        for _ in range(100):
+            thread = threading.Thread(target=run)
+            thread.start()
+            is_meanwhile = not ended
+            thread.join()
+            assert not errors
+            if is_meanwhile:
+                return
+            ended.clear()
+    finally:
+        sys.setswitchinterval(interval)
+    pytest.fail("no other thread ran")
 
 
 def random_boxes(rng, count, spread=10.0, largest=1.0):

@@ -15,8 +15,8 @@ def test_other_threads_run_while_a_session_is_measured(recordings):
 
 def test_ctrl_c_stops_a_long_replay(recordings):
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
     with pytest.raises(KeyboardInterrupt):
+        timer.start()
         while True:
             osp.replay(recordings / "room.ron", "octree-rebuild")
     timer.join()
