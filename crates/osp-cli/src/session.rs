@@ -217,16 +217,14 @@ impl Iterator for OpenSession {
 
 #[cfg(test)]
 mod tests {
-    use std::{
-        sync::{
-            Arc,
-            atomic::{AtomicUsize, Ordering},
-        },
-        time::{Duration, Instant},
+    use std::sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
     };
 
     use super::*;
     use osp_session::recording::{Author, StrokeId};
+    use osp_testkit::wait_until;
 
     /// Produces events without end and counts them. Each event contains the given number of stroke numbers.
     struct Endless(Arc<AtomicUsize>, usize);
@@ -251,11 +249,7 @@ mod tests {
         let mut session = OpenSession::of(session, Path::new("test")).expect("a thread");
         let most = (WAITING + 2) * BATCH;
         let until = |least: usize| {
-            let start = Instant::now();
-            while read.load(Ordering::Relaxed) < least {
-                assert!(start.elapsed() < Duration::from_secs(60), "the reader waits to be asked");
-                thread::sleep(Duration::from_millis(1));
-            }
+            wait_until("the reader", || read.load(Ordering::Relaxed) >= least);
             read.load(Ordering::Relaxed)
         };
         // Nobody has taken an event yet.

@@ -202,13 +202,16 @@ fn accidents() -> [Accident; 6] {
         }),
         ("written over in place", |path| {
             use std::io::{Seek, SeekFrom, Write};
+            let data = || fs::metadata(path).expect("the file");
+            let before = data();
             // The system's clock for files advances in steps of some milliseconds.
-            std::thread::sleep(Duration::from_millis(30));
-            let modified = fs::metadata(path).and_then(|data| data.modified()).expect("a time");
-            let mut file = fs::File::options().write(true).open(path).expect("the file");
-            file.seek(SeekFrom::Start(80)).expect("a place");
-            file.write_all(b"########").expect("written");
-            file.set_modified(modified).expect("set back");
+            osp_testkit::wait_until("a later time", || {
+                let mut file = fs::File::options().write(true).open(path).expect("the file");
+                file.seek(SeekFrom::Start(80)).expect("a place");
+                file.write_all(b"########").expect("written");
+                file.set_modified(before.modified().expect("a time")).expect("set back");
+                contents::Stamp::of(&data()) != contents::Stamp::of(&before)
+            });
         }),
         ("emptied", |path| drop(fs::File::create(path).expect("the file"))),
         ("its folder moved", |path| {

@@ -10,8 +10,6 @@ use std::{
         Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU32, Ordering},
     },
-    thread,
-    time::{Duration, Instant},
 };
 
 use crate::OSP;
@@ -290,14 +288,11 @@ pub(crate) struct OspWindow<'d> {
 impl OspWindow<'_> {
     fn find(&mut self) {
         let process = self.process_id().to_string();
-        let (desk, mut id, mut asked_at) = (self.desk, String::new(), Instant::now());
+        let (desk, mut id) = (self.desk, String::new());
         self.until("a window", |_| {
             // The window manager may have been too busy to show it.
-            if asked_at.elapsed() > Duration::from_secs(5) {
-                let again = ["search", "--all", "--pid", &process, "--name", "osp", "windowmap", "%@"];
-                desk.command("xdotool").args(again).output().expect("xdotool");
-                asked_at = Instant::now();
-            }
+            let again = ["search", "--all", "--pid", &process, "--name", "osp", "windowmap", "%@"];
+            desk.command("xdotool").args(again).output().expect("xdotool");
             let search = ["search", "--all", "--onlyvisible", "--pid", &process, "--name", " - osp$"];
             let found = desk.command("xdotool").args(search).output().expect("xdotool");
             id = stdout(&found).lines().next().unwrap_or_default().to_owned();
@@ -315,13 +310,12 @@ impl OspWindow<'_> {
     /// Waits until keys reach it: the window manager may still be starting.
     pub(crate) fn become_active(&mut self) {
         let id = self.id.clone();
-        let (desk, mut asked_at) = (self.desk, None::<Instant>);
+        let desk = self.desk;
         self.until("the keyboard", |_| {
             let active = desk.command("xdotool").arg("getactivewindow").output().expect("xdotool");
             let is_active = stdout(&active).trim() == id;
-            if !is_active && asked_at.is_none_or(|at| at.elapsed() > Duration::from_secs(1)) {
-                desk.command("xdotool").args(["windowactivate", &id]).output().expect("xdotool");
-                asked_at = Some(Instant::now());
+            if !is_active {
+                desk.command("xdotool").args(["windowactivate", "--sync", &id]).output().expect("xdotool");
             }
             is_active
         });
@@ -336,39 +330,27 @@ impl OspWindow<'_> {
     /// Moves the pointer to a place in the window, pixels.
     pub(crate) fn point(&self, x: i32, y: i32) {
         self.hand(&["mousemove", "--window", &self.id, &x.to_string(), &y.to_string()]);
-        // Two events in one frame are one too few for a person's hand.
-        thread::sleep(Duration::from_millis(25));
-    }
-
-    pub(crate) fn press(&self, button: u32) {
-        self.hand(&["mousedown", &button.to_string()]);
-        thread::sleep(Duration::from_millis(40));
-    }
-
-    pub(crate) fn release(&self, button: u32) {
-        self.hand(&["mouseup", &button.to_string()]);
-        thread::sleep(Duration::from_millis(40));
     }
 
     pub(crate) fn click(&self, x: i32, y: i32) {
         self.point(x, y);
-        self.press(1);
-        self.release(1);
+        self.hand(&["click", "1"]);
     }
 
     /// Drags along these places.
     pub(crate) fn drag(&self, button: u32, places: &[(i32, i32)]) {
         self.point(places[0].0, places[0].1);
-        self.press(button);
+        self.hand(&["mousedown", &button.to_string()]);
         for (x, y) in &places[1..] {
             self.point(*x, *y);
         }
-        self.release(button);
+        self.hand(&["mouseup", &button.to_string()]);
     }
 
-    pub(crate) fn key(&self, key: &str) {
+    /// Presses a key and waits until it is handled, because a frame handles the pointer before the keys.
+    pub(crate) fn key(&mut self, key: &str) {
         self.hand(&["key", key]);
-        thread::sleep(Duration::from_millis(40));
+        self.draw_again();
     }
 
     pub(crate) fn write(&self, text: &str) {
@@ -384,11 +366,21 @@ impl OspWindow<'_> {
         self.hand(&["windowmove", "--sync", &self.id, "1380", "980"]);
     }
 
-    /// Waits for a frame that begins after this.
+    /// Waits for a frame that begins after this, or for the window's end.
     pub(crate) fn draw_again(&mut self) {
         let before = self.frames().len();
-        self.key("Shift_L");
-        self.until("another frame", |frames| frames.len() > before);
+        wait_until("another frame", || {
+            // The first of two frames may have begun before.
+            let is_over = self.has_ended().is_some() || self.frames().len() > before + 1;
+            if !is_over {
+                self.hand(&["key", "Shift_L"]);
+            }
+            is_over
+        });
+    }
+
+    fn has_ended(&mut self) -> Option<ExitStatus> {
+        self.process.as_mut().and_then(|process| process.0.try_wait().expect("a process"))
     }
 
     /// The frames so far.
@@ -409,7 +401,7 @@ impl OspWindow<'_> {
     /// Waits until the frames are as expected.
     pub(crate) fn until(&mut self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
         wait_until(what, || {
-            let ended = self.process.as_mut().and_then(|process| process.0.try_wait().expect("a process"));
+            let ended = self.has_ended();
             let is_so = is_so(self.frames());
             if let Some(status) = ended.filter(|_| !is_so) {
                 panic!("osp ended ({status}) before {what}: {}", self.stderr());

@@ -76,8 +76,7 @@ fn draw_with_the_cable_out(cable: &Cable, server: &Server, is_gone: bool) -> usi
     let (here, class, name) = (server.session("class"), recording("class.ron"), "Ann");
     let there = here.replace("127.0.0.1", &cable.here);
     // Somebody who stays says who is not heard of.
-    let mut keeper = Member::join(folder.path(), "keeper.ron", &here, &["--name", "keeper"]);
-    keeper.wait_for(|text| text.contains("Join("));
+    let mut keeper = Member::keeper(folder.path(), &here);
     let args = ["--unencrypted", "--play", &class, "--play-author", "1", "--name", name, "--speed", "0.5"];
     let far = cable.join(folder.path(), "far.ron", &there, &args);
     keeper.wait_for_lines(60);

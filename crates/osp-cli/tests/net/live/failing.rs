@@ -13,6 +13,7 @@ fn a_server_that_is_killed_and_started_again_loses_nothing() {
     let Some(mut server) = Server::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let (address, class) = (server.session("class"), recording("class.ron"));
+    let keeper = Member::keeper(folder.path(), &address);
     let mut members: Vec<_> = ["1", "2", "3"]
         .map(|author| {
             let args = ["--play", &class, "--play-author", author, "--name", author, "--until-empty"];
@@ -26,6 +27,8 @@ fn a_server_that_is_killed_and_started_again_loses_nothing() {
         members.iter_mut().for_each(Member::wait_for_silence);
         server.start_again();
     }
+    keeper.interrupt();
+    keeper.end();
     let ended: Vec<_> = members.into_iter().map(Member::end_well).collect();
     assert_same(&ended);
     let places = places(&folder.path().join("1.ron"));
@@ -66,8 +69,7 @@ fn the_strokes_of_who_is_killed_end_for_all_and_ctrl_c_leaves() {
     let Some(server) = Server::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let (address, portrait) = (server.session("portrait"), recording("portrait.ron"));
-    let mut keeper = Member::join(folder.path(), "keeper.ron", &address, &["--name", "keeper"]);
-    keeper.wait_for(|text| text.contains("Join("));
+    let keeper = Member::keeper(folder.path(), &address);
     let mut watcher = Member::join(folder.path(), "watched.ron", &address, &["--watch", "--until-empty"]);
     let ann = Member::join(folder.path(), "ann.ron", &address, &["--play", &portrait, "--name", "Ann"]);
     let is_drawing = |text: &str| text.lines().last().is_some_and(|line| line.starts_with("Point("));
@@ -106,12 +108,9 @@ fn a_server_that_has_lost_the_session_is_not_believed() {
     let Some(mut server) = Server::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let (address, class) = (server.session("class"), recording("class.ron"));
-    let mut ann = Member::join(
-        folder.path(),
-        "a.ron",
-        &address,
-        &["--play", &class, "--play-author", "1", "--name", "Ann"],
-    );
+    let keeper = Member::keeper(folder.path(), &address);
+    let args = ["--play", &class, "--play-author", "1", "--name", "Ann", "--until-empty"];
+    let mut ann = Member::join(folder.path(), "a.ron", &address, &args);
     ann.wait_for_lines(50);
     server.kill();
     let had = fs::read(&ann.file).expect("a recording");
@@ -119,6 +118,7 @@ fn a_server_that_has_lost_the_session_is_not_believed() {
     server.start_again();
     let ended = ann.end();
     fails(&ended, "the server has lost the session");
+    drop(keeper);
     assert!(ended.bytes.starts_with(&had), "the recording keeps what was there");
     // And a recording of that session is not replaced by another one of the same name.
     let bob = Member::join(
@@ -128,7 +128,7 @@ fn a_server_that_has_lost_the_session_is_not_believed() {
         &["--play", &class, "--play-author", "2", "--name", "Bob", "--speed", "10"],
     );
     bob.end_well();
-    let again = Member::join(folder.path(), "a.ron", &address, &["--watch", "--for", "60"]).end();
+    let again = Member::join(folder.path(), "a.ron", &address, &["--watch"]).end();
     fails(&again, "a.ron: it is not the beginning of this session; --force replaces it");
     assert_eq!(again.bytes, ended.bytes);
 }

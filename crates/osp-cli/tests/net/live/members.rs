@@ -37,6 +37,13 @@ impl Member {
         Self::run(&[OSP.0], folder, file, address, args)
     }
 
+    /// Somebody who stays until the test ends them, and with them the session of those who wait until it is empty.
+    pub(crate) fn keeper(folder: &Path, address: &str) -> Self {
+        let mut keeper = Self::join(folder, "keeper.ron", address, &["--name", "keeper"]);
+        keeper.wait_for(|text| text.contains("Join("));
+        keeper
+    }
+
     /// With what stands before the arguments.
     pub(crate) fn run(before: &[&str], folder: &Path, file: &str, address: &str, args: &[&str]) -> Self {
         let file = folder.join(file);
@@ -61,10 +68,14 @@ impl Member {
 
     /// Waits until it has noticed that the server is away.
     pub(crate) fn wait_for_silence(&mut self) {
-        self.wait_for_text(&self.said.clone(), |said| {
+        self.wait_until_it_says(|said| {
             let last = |of: &str| said.rfind(of).map_or(0, |at| at + 1);
             last("does not answer").max(last("connecting to ")) > last("connected to ")
         });
+    }
+
+    pub(crate) fn wait_until_it_says(&mut self, what: impl Fn(&str) -> bool) {
+        self.wait_for_text(&self.said.clone(), what);
     }
 
     fn wait_for_text(&mut self, path: &Path, what: impl Fn(&str) -> bool) {
