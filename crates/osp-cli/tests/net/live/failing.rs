@@ -13,7 +13,7 @@ fn a_server_that_is_killed_and_started_again_loses_nothing() {
     let Some(mut server) = Server::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let (address, class) = (server.session("class"), recording("class.ron"));
-    let keeper = Member::keeper(folder.path(), &address);
+    let mut keeper = Member::keeper(folder.path(), &address);
     let mut members: Vec<_> = ["1", "2", "3"]
         .map(|author| {
             let args = ["--play", &class, "--play-author", author, "--name", author, "--until-empty"];
@@ -27,6 +27,7 @@ fn a_server_that_is_killed_and_started_again_loses_nothing() {
         members.iter_mut().for_each(Member::wait_for_silence);
         server.start_again();
     }
+    keeper.wait_for(|text| text.matches("Leave(").count() == 3);
     keeper.interrupt();
     keeper.end();
     let ended: Vec<_> = members.into_iter().map(Member::end_well).collect();

@@ -45,8 +45,8 @@ fn garbage_strangers_and_duplicates_are_counted_and_change_nothing() {
     // Somebody joins and then does what only others may.
     stranger.publish("osp.class", b"osp-live-1 fedcba9876543210 0\nJoin(t:1,author:1,name:\"Mallory\")\n");
     stranger.publish("osp.class", b"osp-live-1 fedcba9876543210 1\nUndo(t:1,author:1)\n");
-    stranger.publish("osp.class", b"osp-live-1 fedcba9876543210 9\nUndo(t:1,author:3)\n");
-    stranger.publish("osp.class", b"osp-live-1 fedcba9876543210 2\nLeave(t:1,author:3)\n");
+    stranger.publish("osp.class", b"osp-live-1 fedcba9876543210 9\nUndo(t:1,author:4)\n");
+    stranger.publish("osp.class", b"osp-live-1 fedcba9876543210 2\nLeave(t:1,author:4)\n");
     // All that was said is said again.
     for message in &messages {
         stranger.publish("osp.class", message);
