@@ -29,7 +29,6 @@ fn contrast(a: f64, b: f64) -> f64 {
     (a.max(b) + 0.05) / (a.min(b) + 0.05)
 }
 
-/// Relative luminance of a linear colour.
 fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
@@ -38,7 +37,6 @@ fn linear(srgb: f64) -> f64 {
     if srgb <= 0.04045 { srgb / 12.92 } else { libm::pow((srgb + 0.055) / 1.055, 2.4) }
 }
 
-/// Converts a linear component of a colour to sRGB.
 pub(super) fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }
@@ -46,19 +44,11 @@ pub(super) fn srgb_from_linear(linear: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_scene;
     use glam::Vec3;
-    use osp_session::recording::{Author, Event};
 
     fn scene_of(colors: &[(f32, f32, f32, f32)]) -> Scene {
-        let (mut scene, mut changes) = (Scene::new(), Vec::new());
-        for &color in colors {
-            let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-            scene.apply(
-                &Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color },
-                &mut changes,
-            );
-        }
-        scene
+        test_scene::of(colors.iter().map(|&color| (vec![Vec3::ZERO, Vec3::X, Vec3::Y], color)))
     }
 
     #[test]

@@ -13,7 +13,6 @@ pub(super) const FIRST_LEN: usize = 1 << 12;
 pub(super) struct Chunks {
     /// Capacity of a chunk, polygons: a multiple of [`CLUSTER`].
     pub(super) len: usize,
-    /// The chunks, in the order of the polygons' numbers.
     pub(super) buffers: Vec<wgpu::Buffer>,
     /// For each chunk, whether its memory is freed. The placeholder then replaces its buffer.
     is_free: Vec<bool>,
@@ -33,7 +32,7 @@ impl Chunks {
             is_free: Vec::new(),
             pages: Vec::new(),
             placeholder: create(gpu, 1),
-            layout: descriptors::bind_layout(&gpu.device, "polygon chunks", &[chunk; CHUNKS_A_PAGE]),
+            layout: gpu.bind_layout("polygon chunks", &[chunk; CHUNKS_A_PAGE]),
         }
     }
 
@@ -120,15 +119,10 @@ impl Chunks {
             let chunk = self.buffers.get(page * CHUNKS_A_PAGE + i);
             chunk.unwrap_or(&self.placeholder).as_entire_binding()
         });
-        descriptors::bind_group(&gpu.device, "polygon page", &self.layout, &chunks)
+        gpu.bind_group("polygon page", &self.layout, &chunks)
     }
 }
 
 fn create(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
-    descriptors::buffer(
-        &gpu.device,
-        "polygon chunk",
-        polygons as u64 * PolygonRecord::SIZE,
-        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-    )
+    gpu.buffer("polygon chunk", polygons as u64 * PolygonRecord::SIZE, descriptors::STORAGE)
 }

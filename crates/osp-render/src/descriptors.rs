@@ -1,41 +1,157 @@
 //! Constructors of wgpu objects, without the fields that are the same in all of them.
 
-use super::formats::DEPTH_FORMAT;
+use super::{Gpu, formats::DEPTH_FORMAT};
 
-pub(super) fn module(device: &wgpu::Device, label: &str, wgsl: &str) -> wgpu::ShaderModule {
-    device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
-    })
-}
+pub(super) const UNIFORM: wgpu::BufferUsages =
+    wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
 
-pub(super) fn pipeline_layout(
-    device: &wgpu::Device,
-    label: &str,
-    bind_group_layouts: &[Option<&wgpu::BindGroupLayout>],
-) -> wgpu::PipelineLayout {
-    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(label),
-        bind_group_layouts,
-        immediate_size: 0,
-    })
-}
+pub(super) const STORAGE: wgpu::BufferUsages =
+    wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST).union(wgpu::BufferUsages::COPY_SRC);
 
-/// A pipeline that runs a compute shader from its entry point.
-pub(super) fn compute_pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    entry: &str,
-) -> wgpu::ComputePipeline {
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry),
-        layout: Some(layout),
-        module,
-        entry_point: Some(entry),
-        compilation_options: Default::default(),
-        cache: None,
-    })
+pub(super) const READ_BACK: wgpu::BufferUsages =
+    wgpu::BufferUsages::COPY_DST.union(wgpu::BufferUsages::MAP_READ);
+
+pub(super) const DRAWN_AND_READ: wgpu::TextureUsages =
+    wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
+
+impl Gpu {
+    pub(super) fn module(&self, label: &str, wgsl: &str) -> wgpu::ShaderModule {
+        self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+        })
+    }
+
+    pub(super) fn pipeline_layout(
+        &self,
+        label: &str,
+        bind_group_layouts: &[Option<&wgpu::BindGroupLayout>],
+    ) -> wgpu::PipelineLayout {
+        self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(label),
+            bind_group_layouts,
+            immediate_size: 0,
+        })
+    }
+
+    pub(super) fn compute_pipeline(
+        &self,
+        wgsl: &str,
+        layouts: &[Option<&wgpu::BindGroupLayout>],
+        entry: &str,
+    ) -> wgpu::ComputePipeline {
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&self.pipeline_layout(entry, layouts)),
+            module: &self.module(entry, wgsl),
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        })
+    }
+
+    pub(super) fn render_pipeline(
+        &self,
+        label: &str,
+        layout: Option<&wgpu::PipelineLayout>,
+        vertex: wgpu::VertexState<'_>,
+        depth_stencil: Option<wgpu::DepthStencilState>,
+        samples: u32,
+        fragment: Option<wgpu::FragmentState<'_>>,
+    ) -> wgpu::RenderPipeline {
+        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(label),
+            layout,
+            vertex,
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil,
+            multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+            fragment,
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+
+    pub(super) fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let label = Some(label);
+        self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
+    }
+
+    /// Replaces a buffer with less than `bytes` bytes by a larger buffer of zeros. Returns whether the buffer was
+    /// replaced.
+    pub(super) fn grow(&self, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
+        if bytes <= buffer.size() {
+            return false;
+        }
+        *buffer = self.buffer("grown", bytes.next_power_of_two(), buffer.usage());
+        true
+    }
+
+    /// An uninitialised texture of this size, without smaller levels.
+    pub(super) fn texture(
+        &self,
+        label: &str,
+        format: wgpu::TextureFormat,
+        sample_count: u32,
+        usage: wgpu::TextureUsages,
+        (width, height): (u32, u32),
+    ) -> wgpu::Texture {
+        self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        })
+    }
+
+    pub(super) fn image(
+        &self,
+        label: &str,
+        format: wgpu::TextureFormat,
+        sample_count: u32,
+        usage: wgpu::TextureUsages,
+        size: (u32, u32),
+    ) -> wgpu::TextureView {
+        self.texture(label, format, sample_count, usage, size).create_view(&Default::default())
+    }
+
+    pub(super) fn bind_group(
+        &self,
+        label: &str,
+        layout: &wgpu::BindGroupLayout,
+        resources: &[wgpu::BindingResource<'_>],
+    ) -> wgpu::BindGroup {
+        let resources = (0..).zip(resources.iter().cloned());
+        let entries: Vec<_> =
+            resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let (label, entries) = (Some(label), &entries[..]);
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries })
+    }
+
+    pub(super) fn bind_layout(
+        &self,
+        label: &str,
+        bindings: &[(wgpu::ShaderStages, wgpu::BindingType)],
+    ) -> wgpu::BindGroupLayout {
+        let entry = |(binding, &(visibility, ty))| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty,
+            count: None,
+        };
+        let entries: Vec<_> = (0..).zip(bindings).map(entry).collect();
+        let (label, entries) = (Some(label), &entries[..]);
+        self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries })
+    }
+
+    pub(super) fn compute_layout(&self, label: &str, types: &[wgpu::BindingType]) -> wgpu::BindGroupLayout {
+        let bindings: Vec<_> = types.iter().map(|&ty| (wgpu::ShaderStages::COMPUTE, ty)).collect();
+        self.bind_layout(label, &bindings)
+    }
 }
 
 /// The vertex stage of a shader that reads no vertices from buffers.
@@ -63,30 +179,6 @@ pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::Depth
     }
 }
 
-/// A pipeline that draws triangles, seen from both sides, with `samples` samples a pixel.
-pub(super) fn render_pipeline(
-    device: &wgpu::Device,
-    label: &str,
-    layout: Option<&wgpu::PipelineLayout>,
-    vertex: wgpu::VertexState<'_>,
-    depth_stencil: Option<wgpu::DepthStencilState>,
-    samples: u32,
-    fragment: Option<wgpu::FragmentState<'_>>,
-) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(label),
-        layout,
-        vertex,
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil,
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-        fragment,
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-/// Begins a pass without colours.
 pub(super) fn depth_pass<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     label: &str,
@@ -118,89 +210,6 @@ pub(super) fn with_chunk_len<'a>(
     wgpu::VertexState { compilation_options, ..vertex }
 }
 
-/// An uninitialised buffer of this many bytes.
-pub(super) fn buffer(
-    device: &wgpu::Device,
-    label: &str,
-    size: u64,
-    usage: wgpu::BufferUsages,
-) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size,
-        usage,
-        mapped_at_creation: false,
-    })
-}
-
-/// An uninitialised texture of this size, without smaller levels.
-pub(super) fn new_texture(
-    device: &wgpu::Device,
-    label: &str,
-    format: wgpu::TextureFormat,
-    sample_count: u32,
-    usage: wgpu::TextureUsages,
-    (width, height): (u32, u32),
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
-/// A view of the whole of a new texture; see [`new_texture`].
-pub(super) fn image(
-    device: &wgpu::Device,
-    label: &str,
-    format: wgpu::TextureFormat,
-    sample_count: u32,
-    usage: wgpu::TextureUsages,
-    size: (u32, u32),
-) -> wgpu::TextureView {
-    new_texture(device, label, format, sample_count, usage, size).create_view(&Default::default())
-}
-
-pub(super) const DRAWN_AND_READ: wgpu::TextureUsages =
-    wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
-
-/// Resources bound in the order of their numbers.
-pub(super) fn bind_group(
-    device: &wgpu::Device,
-    label: &str,
-    layout: &wgpu::BindGroupLayout,
-    resources: &[wgpu::BindingResource<'_>],
-) -> wgpu::BindGroup {
-    let resources = (0..).zip(resources.iter().cloned());
-    let entries: Vec<_> =
-        resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
-}
-
-/// The layout of a group of bindings, in the order of their numbers.
-pub(super) fn bind_layout(
-    device: &wgpu::Device,
-    label: &str,
-    bindings: &[(wgpu::ShaderStages, wgpu::BindingType)],
-) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = (0..)
-        .zip(bindings)
-        .map(|(binding, &(visibility, ty))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty,
-            count: None,
-        })
-        .collect();
-    device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-}
-
 /// A uniform buffer of at least `bytes` bytes. With 0, the shader determines the size.
 pub(super) fn uniform(bytes: u64) -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Uniform, bytes)
@@ -211,7 +220,6 @@ pub(super) fn read(bytes: u64) -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Storage { read_only: true }, bytes)
 }
 
-/// A buffer that the shader reads and writes.
 pub(super) fn written() -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Storage { read_only: false }, 0)
 }
@@ -221,13 +229,11 @@ fn buffer_binding(ty: wgpu::BufferBindingType, bytes: u64) -> wgpu::BindingType 
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size }
 }
 
-/// A two-dimensional texture with one sample a texel.
 pub(super) fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     let view_dimension = wgpu::TextureViewDimension::D2;
     wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
 }
 
-/// A two-dimensional texture with several samples a texel.
 pub(super) fn samples(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     let view_dimension = wgpu::TextureViewDimension::D2;
     wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: true }

@@ -158,29 +158,10 @@ mod tests {
     }
 
     #[test]
-    fn tries_cost_little() {
-        for (other, frames) in
-            [(985_000, 20_000), (1_050_000, 20_000), (2_000_000, 20_000), (20_000_000, 20_000)]
-        {
-            let mut switch = DrawSwitch::default();
-            let (total, _) = play(&mut switch, frames, 2, |culls, _| if culls { other } else { 1_000_000 });
-            let more = total as f64 / (frames as f64 * 1.0e6);
-            assert!(more < 1.02, "{more} with {other}");
-        }
-    }
-
-    #[test]
-    fn a_little_faster_is_not_enough_to_change() {
-        let mut switch = DrawSwitch::default();
-        let (_, culled) = play(&mut switch, 2000, 1, |culls, _| if culls { 985_000 } else { 1_000_000 });
-        assert!(culled < 110, "tries only: {culled} of 1000");
-    }
-
-    #[test]
     fn it_is_within_two_per_cent_of_the_better_way() {
         // Other programs make frames up to a tenth longer.
         let noise = |frame: usize| (frame * 7919 % 101) as f64 / 1000.0;
-        for culled in [0.5, 0.9, 0.97, 1.0, 1.03, 1.1, 2.0] {
+        for culled in [0.5, 0.9, 0.97, 1.0, 1.03, 1.1, 2.0, 20.0] {
             let (mut switch, frames) = (DrawSwitch::default(), 20_000);
             let (total, _) = play(&mut switch, frames, 1, |culls, frame| {
                 let ms = if culls { culled } else { 1.0 };

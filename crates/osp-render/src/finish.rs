@@ -1,10 +1,30 @@
 use super::{
     Gpu, Target, descriptors,
     formats::{COLOR_FORMAT, PICTURE_FORMAT},
-    octaves::{HEIGHTS, Octave, Octaves},
     pipelines::of_whole_picture,
     shaders,
 };
+
+/// Heights of the pictures from which bloom is summed, pixels. Each height is about a third of the one before.
+pub(super) const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
+
+/// Resources for finishing the picture of one target.
+#[derive(Debug)]
+pub(super) struct Octaves {
+    pub(super) resolved: wgpu::BindGroup,
+    pub(super) octaves: [Octave; HEIGHTS.len()],
+    pub(super) all: wgpu::BindGroup,
+    /// The bind group of the samples; `None` if shaders cannot read samples.
+    pub(super) samples: Option<wgpu::BindGroup>,
+}
+
+/// A downscaled picture, and a second texture for the first pass of its separable blur.
+#[derive(Debug)]
+pub(super) struct Octave {
+    pub(super) size: (u32, u32),
+    pub(super) views: [wgpu::TextureView; 2],
+    pub(super) sources: [wgpu::BindGroup; 2],
+}
 
 /// Strength of bloom, the spread of bright light over the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,18 +52,15 @@ pub(super) struct Finish {
 
 impl Finish {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let device = &gpu.device;
-        let module = descriptors::module(device, "finish", shaders::FINISH);
+        let module = gpu.module("finish", shaders::FINISH);
         let stage = wgpu::ShaderStages::FRAGMENT;
         let texture = (stage, descriptors::texture(wgpu::TextureSampleType::Float { filterable: true }));
         let sampler = (stage, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
         let samples = (stage, descriptors::samples(wgpu::TextureSampleType::Float { filterable: false }));
-        let source_layout = descriptors::bind_layout(device, "source", &[texture, sampler]);
-        let octaves_layout = descriptors::bind_layout(device, "octaves", &[texture; 4]);
-        let samples_layout = descriptors::bind_layout(device, "samples", &[samples]);
-        let layout = |label, layouts: &[Option<&wgpu::BindGroupLayout>]| {
-            descriptors::pipeline_layout(device, label, layouts)
-        };
+        let source_layout = gpu.bind_layout("source", &[texture, sampler]);
+        let octaves_layout = gpu.bind_layout("octaves", &[texture; 4]);
+        let samples_layout = gpu.bind_layout("samples", &[samples]);
+        let layout = |label, layouts: &[Option<&wgpu::BindGroupLayout>]| gpu.pipeline_layout(label, layouts);
         let of_source = layout("one picture", &[Some(&source_layout)]);
         let (spread, of_samples) =
             if gpu.reads_samples() { ("spread", Some(&samples_layout)) } else { ("spread_mean", None) };
@@ -57,7 +74,7 @@ impl Finish {
             blur_down: pipeline("blur_down", &of_source, COLOR_FORMAT),
             cut_off: pipeline("cut_off", &of_source, PICTURE_FORMAT),
             spread: pipeline(spread, &of_octaves, PICTURE_FORMAT),
-            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("octaves"),
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
@@ -69,7 +86,6 @@ impl Finish {
         }
     }
 
-    /// Encodes the passes that make the target's picture.
     pub(super) fn encode(
         &self,
         gpu: &Gpu,
@@ -109,8 +125,7 @@ impl Finish {
 
     fn bind(&self, gpu: &Gpu, target: &Target) -> Octaves {
         let source = |view: &wgpu::TextureView| {
-            descriptors::bind_group(
-                &gpu.device,
+            gpu.bind_group(
                 "source",
                 &self.source_layout,
                 &[wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(&self.sampler)],
@@ -120,17 +135,16 @@ impl Finish {
             let width = (height as f32 * target.aspect()).round() as u32;
             let size = (width.clamp(1, 1 << 12), height);
             let usage = descriptors::DRAWN_AND_READ;
-            let view = |()| descriptors::image(&gpu.device, "octave", COLOR_FORMAT, 1, usage, size);
+            let view = |()| gpu.image("octave", COLOR_FORMAT, 1, usage, size);
             let views = [(); 2].map(view);
             let sources = [source(&views[0]), source(&views[1])];
             Octave { size, views, sources }
         });
         let resources: Vec<_> =
             octaves.iter().map(|octave| wgpu::BindingResource::TextureView(&octave.views[0])).collect();
-        let all = descriptors::bind_group(&gpu.device, "octaves", &self.octaves_layout, &resources);
+        let all = gpu.bind_group("octaves", &self.octaves_layout, &resources);
         let samples = || {
-            descriptors::bind_group(
-                &gpu.device,
+            gpu.bind_group(
                 "samples",
                 &self.samples_layout,
                 &[wgpu::BindingResource::TextureView(&target.samples)],
@@ -152,7 +166,6 @@ fn begin<'e>(
             view,
             depth_slice: None,
             resolve_target: None,
-            // Every pixel is overwritten.
             ops: wgpu::Operations {
                 load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
                 store: wgpu::StoreOp::Store,

@@ -9,7 +9,6 @@ pub(super) const CHUNKS_A_PAGE: usize = 7;
 /// Number of storage buffers that the vertex shader reads: the draw list, and the chunks of one page.
 pub(super) const STORAGE_BUFFERS: u32 = CHUNKS_A_PAGE as u32 + 1;
 
-/// A graphics adapter with its device and queue.
 #[derive(Debug)]
 pub struct Gpu {
     pub instance: wgpu::Instance,
@@ -91,12 +90,10 @@ impl Gpu {
         Ok(Self { instance, adapter, device, queue, fault, samples_in_place: OnceLock::new() })
     }
 
-    /// Name of the adapter and of its driver interface, as text.
     pub fn name(&self) -> String {
         describe(&self.adapter.get_info())
     }
 
-    /// Whether the adapter is a program on the CPU.
     pub fn is_software(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
     }
@@ -127,7 +124,6 @@ impl Gpu {
         }
     }
 
-    /// Waits until the GPU has done all submitted work.
     pub fn wait(&self) -> Result<(), RenderError> {
         let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;

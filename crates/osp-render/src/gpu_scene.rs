@@ -91,7 +91,6 @@ impl GpuScene {
         self.chunks.len
     }
 
-    /// The chunks, in the order of the polygons' numbers.
     pub(super) fn chunks(&self) -> &[wgpu::Buffer] {
         &self.chunks.buffers
     }
@@ -133,7 +132,6 @@ impl GpuScene {
         self.chunks.bytes() + self.merged.as_ref().map_or(0, MergedQuads::bytes)
     }
 
-    /// Drawing classes of the 64 polygons from `first` on, a multiple of 64.
     pub(super) fn classes_of(&self, first: usize) -> Classes {
         let of = |words: &[u64]| words.get(first / bits::WORD).copied().unwrap_or(0);
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
@@ -257,7 +255,6 @@ impl GpuScene {
         bytes + run.map_or(0, |run| self.send(gpu, scene, run))
     }
 
-    /// Sends a range of polygons, cut at the ends of chunks.
     fn send(&mut self, gpu: &Gpu, scene: &Scene, range: Range<usize>) -> u64 {
         let mut at = range.start;
         let mut sent = 0;
@@ -288,7 +285,6 @@ impl GpuScene {
         }
     }
 
-    /// Grows all buffers to a capacity of at least `count` polygons.
     fn grow(&mut self, gpu: &Gpu, count: usize) {
         let words = bits::words_for(count);
         self.moved.resize(words, 0);

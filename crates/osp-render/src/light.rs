@@ -7,7 +7,6 @@
 use super::{
     Gpu, Target, descriptors,
     formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
-    half_images::HalfImages,
     pipelines::sum,
     shaders,
     target::FARTHEST,
@@ -87,6 +86,14 @@ fn first_beyond(areas_px: &[f32], budget_px: f64) -> Option<u32> {
     of_size.into_iter().position(is_beyond).map(|size| size as u32)
 }
 
+#[derive(Debug)]
+pub(super) struct HalfImages {
+    pub(super) samples: wgpu::TextureView,
+    pub(super) depth: wgpu::TextureView,
+    pub(super) scene_depth: wgpu::BindGroup,
+    pub(super) light: wgpu::BindGroup,
+}
+
 /// Draws light at half resolution.
 #[derive(Debug)]
 pub(super) struct LightPass {
@@ -98,21 +105,19 @@ pub(super) struct LightPass {
 
 impl LightPass {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let device = &gpu.device;
         let stage = wgpu::ShaderStages::FRAGMENT;
         let depth = (stage, descriptors::samples(wgpu::TextureSampleType::Depth));
         let light = (stage, descriptors::samples(wgpu::TextureSampleType::Float { filterable: false }));
-        let depth_layout = descriptors::bind_layout(device, "depth of the picture", &[depth]);
-        let light_layout = descriptors::bind_layout(device, "light", &[light]);
-        let module = descriptors::module(device, "light", shaders::LIGHT);
+        let depth_layout = gpu.bind_layout("depth of the picture", &[depth]);
+        let light_layout = gpu.bind_layout("light", &[light]);
+        let module = gpu.module("light", shaders::LIGHT);
         let pipeline = |fragment, groups: &[Option<&wgpu::BindGroupLayout>], writes_depth: bool| {
             let write_mask = if writes_depth { wgpu::ColorWrites::empty() } else { wgpu::ColorWrites::ALL };
             let blend = (!writes_depth).then(sum);
             let target = wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
-            descriptors::render_pipeline(
-                device,
+            gpu.render_pipeline(
                 fragment,
-                Some(&descriptors::pipeline_layout(device, fragment, groups)),
+                Some(&gpu.pipeline_layout(fragment, groups)),
                 descriptors::vertex(&module, "vertex"),
                 Some(descriptors::depth(wgpu::CompareFunction::Always, writes_depth)),
                 SAMPLES,
@@ -131,12 +136,11 @@ impl LightPass {
         target.half.get_or_init(|| {
             let (width, height) = target.size();
             let size = (width.div_ceil(2), height.div_ceil(2));
-            let view =
-                |label, format, usage| descriptors::image(&gpu.device, label, format, SAMPLES, usage, size);
+            let view = |label, format, usage| gpu.image(label, format, SAMPLES, usage, size);
             let samples = view("samples of light", COLOR_FORMAT, descriptors::DRAWN_AND_READ);
             let of = wgpu::BindingResource::TextureView;
             let group = |label, layout, resources: &[wgpu::BindingResource<'_>]| {
-                descriptors::bind_group(&gpu.device, label, layout, resources)
+                gpu.bind_group(label, layout, resources)
             };
             HalfImages {
                 depth: view("depth of light", DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT),

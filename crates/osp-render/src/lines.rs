@@ -11,9 +11,7 @@ use osp::{math::Aabb, view::View};
 /// Whether surfaces of the model hide a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// Nearer surfaces hide the line.
     Hidden,
-    /// The line is drawn over all surfaces.
     Through,
 }
 
@@ -40,7 +38,6 @@ impl LineBatch {
         Self::default()
     }
 
-    /// Removes all lines and faces; keeps the memory.
     pub fn clear(&mut self) {
         self.hidden.clear();
         self.through.clear();
@@ -63,14 +60,12 @@ impl LineBatch {
         list.extend([from, to].map(|p| Vertex { point: p.to_array(), color }));
     }
 
-    /// Adds a closed line around these corners.
     pub fn outline(&mut self, corners: &[Vec3], color: LineColor, depth: Depth) {
         for i in 0..corners.len() {
             self.line(corners[i], corners[(i + 1) % corners.len()], color, depth);
         }
     }
 
-    /// Adds the twelve edges of a box.
     pub fn aabb(&mut self, bounds: &Aabb, color: LineColor, depth: Depth) {
         let corners = bounds.corners();
         for i in 0..8usize {
@@ -89,6 +84,8 @@ impl LineBatch {
         }
     }
 }
+
+const VERTEX: wgpu::BufferUsages = wgpu::BufferUsages::VERTEX.union(wgpu::BufferUsages::COPY_DST);
 
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -111,29 +108,42 @@ pub struct LinePass {
 }
 
 impl LinePass {
-    /// A pass with nothing to draw.
     pub fn new(gpu: &Gpu) -> Self {
-        let device = &gpu.device;
-        let module = descriptors::module(device, "line", shaders::LINE);
+        let module = gpu.module("line", shaders::LINE);
         let uniform = descriptors::uniform(size_of::<Uniforms>() as u64);
-        let bind_layout = descriptors::bind_layout(device, "lines", &[(wgpu::ShaderStages::VERTEX, uniform)]);
-        let layout = descriptors::pipeline_layout(device, "lines", &[Some(&bind_layout)]);
-        let uniforms = descriptors::buffer(
-            device,
-            "lines' view",
-            size_of::<Uniforms>() as u64,
-            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        );
-        let bind_group =
-            descriptors::bind_group(device, "lines", &bind_layout, &[uniforms.as_entire_binding()]);
-        let pipeline = |topology, depth| create_pipeline(device, &module, &layout, topology, depth);
+        let bind_layout = gpu.bind_layout("lines", &[(wgpu::ShaderStages::VERTEX, uniform)]);
+        let layout = gpu.pipeline_layout("lines", &[Some(&bind_layout)]);
+        let uniforms = gpu.buffer("lines' view", size_of::<Uniforms>() as u64, descriptors::UNIFORM);
+        let bind_group = gpu.bind_group("lines", &bind_layout, &[uniforms.as_entire_binding()]);
+        let corners = [Some(wgpu::VertexBufferLayout {
+            array_stride: size_of::<Vertex>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
+        })];
+        let (blend, write_mask) = (Some(wgpu::BlendState::ALPHA_BLENDING), wgpu::ColorWrites::ALL);
+        let targets = [Some(wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask })];
+        let pipeline = |topology, compare| {
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("lines"),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState { buffers: &corners, ..descriptors::vertex(&module, "vertex") },
+                primitive: wgpu::PrimitiveState { topology, ..Default::default() },
+                depth_stencil: Some(descriptors::depth(compare, false)),
+                multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+                fragment: Some(descriptors::fragment(&module, "fragment", &targets)),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        let (lines, faces) = (wgpu::PrimitiveTopology::LineList, wgpu::PrimitiveTopology::TriangleList);
+        let nearer = wgpu::CompareFunction::GreaterEqual;
         Self {
-            hidden: pipeline(wgpu::PrimitiveTopology::LineList, Depth::Hidden),
-            through: pipeline(wgpu::PrimitiveTopology::LineList, Depth::Through),
-            faces: pipeline(wgpu::PrimitiveTopology::TriangleList, Depth::Hidden),
+            hidden: pipeline(lines, nearer),
+            through: pipeline(lines, wgpu::CompareFunction::Always),
+            faces: pipeline(faces, nearer),
             uniforms,
             bind_group,
-            vertices: create_vertices(gpu, 1 << 12),
+            vertices: gpu.buffer("lines", 1 << 16, VERTEX),
             counts: [0; 3],
         }
     }
@@ -147,11 +157,8 @@ impl LinePass {
         gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         let lists = [&batch.faces, &batch.hidden, &batch.through];
         self.counts = lists.map(|list| list.len() as u32);
-        let total: usize = lists.iter().map(|list| list.len()).sum();
-        let bytes = (total * size_of::<Vertex>()) as u64;
-        if bytes > self.vertices.size() {
-            self.vertices = create_vertices(gpu, total.next_power_of_two());
-        }
+        let bytes = lists.iter().map(|list| size_of_val(&list[..]) as u64).sum();
+        gpu.grow(&mut self.vertices, bytes);
         let mut offset = 0;
         for list in lists.into_iter().filter(|list| !list.is_empty()) {
             gpu.queue.write_buffer(&self.vertices, offset, bytemuck::cast_slice(list));
@@ -171,49 +178,4 @@ impl LinePass {
             first += count;
         }
     }
-}
-
-fn create_vertices(gpu: &Gpu, count: usize) -> wgpu::Buffer {
-    descriptors::buffer(
-        &gpu.device,
-        "lines",
-        (count * size_of::<Vertex>()) as u64,
-        wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-    )
-}
-
-fn create_pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    topology: wgpu::PrimitiveTopology,
-    depth: Depth,
-) -> wgpu::RenderPipeline {
-    let vertex_layout = wgpu::VertexBufferLayout {
-        array_stride: size_of::<Vertex>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
-    };
-    let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
-    let target = wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask: wgpu::ColorWrites::ALL };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("lines"),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            buffers: &[Some(vertex_layout)],
-            ..descriptors::vertex(module, "vertex")
-        },
-        primitive: wgpu::PrimitiveState { topology, ..Default::default() },
-        depth_stencil: Some(descriptors::depth(
-            match depth {
-                Depth::Hidden => wgpu::CompareFunction::GreaterEqual,
-                Depth::Through => wgpu::CompareFunction::Always,
-            },
-            false,
-        )),
-        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: Some(descriptors::fragment(module, "fragment", &[Some(target)])),
-        multiview_mask: None,
-        cache: None,
-    })
 }

@@ -168,7 +168,6 @@ impl SpanBits {
         self.used = start..self.used.end.max(words.end);
     }
 
-    /// Index of the first word that runs of the frame use, and the used words.
     pub(super) fn used(&self) -> (usize, &[u64]) {
         (self.used.start, &self.words[self.used.clone()])
     }
@@ -304,7 +303,6 @@ impl Sink for Numbers<'_> {
     }
 }
 
-/// Lists polygons as cluster masks.
 pub(super) struct Handles<'a> {
     pub(super) handles: &'a mut Vec<Handle>,
     pub(super) handle_runs: &'a mut Vec<HandleRun>,

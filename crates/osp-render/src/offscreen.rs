@@ -36,7 +36,6 @@ pub struct DrawTimes {
     pub at_half_resolution: u64,
 }
 
-/// Sum of the values that are present.
 fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a + b),
@@ -140,7 +139,6 @@ impl Offscreen {
         }
     }
 
-    /// Does the same as [`Offscreen::set_detail`] for view number `number`.
     pub fn set_detail_of(&mut self, number: usize, is_auto: bool) {
         let Sight { slot, target, .. } = &mut self.sights[number];
         self.renderer.set_detail(slot, is_auto.then(|| target.size()));
@@ -285,12 +283,10 @@ impl Offscreen {
         self.renderer.read_drawn(&self.sights[self.last].slot)
     }
 
-    /// Reads back the picture of the last frame.
     pub fn image(&self) -> Result<Image, RenderError> {
         self.image_of(self.last)
     }
 
-    /// Reads back the last picture of view number `number`.
     pub fn image_of(&self, number: usize) -> Result<Image, RenderError> {
         self.sights[number].target.image(&self.renderer.gpu)
     }

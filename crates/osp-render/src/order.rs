@@ -254,27 +254,14 @@ impl DrawOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::listing::LEAST_SPAN;
-    use osp_session::recording::{Author, Event};
+    use crate::{listing::LEAST_SPAN, test_scene};
 
     /// Polygon `i` lies `i + 1` metres in front of the origin.
     fn scene_of(count: u32) -> Scene {
-        let mut scene = Scene::new();
-        let mut changes = Vec::new();
-        for i in 0..count {
-            let z = -(i as f32 + 1.0);
-            let corner = |x, y| Vec3::new(x, y, z);
-            let vertices = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
-            let event = Event::Polygon {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke: None,
-                vertices,
-                color: (1.0, 1.0, 1.0, 1.0),
-            };
-            scene.apply(&event, &mut changes);
-        }
-        scene
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let polygon =
+            |i: u32| (corners.map(|p| p - Vec3::Z * (i as f32 + 1.0)).to_vec(), (1.0, 1.0, 1.0, 1.0));
+        test_scene::of((0..count).map(polygon))
     }
 
     fn listed(ids: &[u32], page_len: usize, blend: Blend, listing: Listing) -> DrawOrder {
@@ -301,6 +288,8 @@ mod tests {
         let near_and_far = [150, 3, 70, 20, 3];
         assert_eq!(order_of(&near_and_far, 1024, Blend::Opaque).ids(), [3, 20, 70, 150]);
         assert_eq!(order_of(&near_and_far, 1024, Blend::Transparent).ids(), [150, 70, 20, 3]);
+        let unknown = [5, 200, PolygonId::LIMIT - 1];
+        assert_eq!(order_of(&unknown, 1024, Blend::Opaque).ids(), [5]);
     }
 
     #[test]
@@ -341,30 +330,6 @@ mod tests {
             }
             assert_eq!(at as usize, listed.len());
         }
-    }
-
-    #[test]
-    fn the_place_of_a_polygon_does_not_depend_on_the_others() {
-        let all: Vec<u32> = (0..200).rev().collect();
-        let some: Vec<u32> = (0..200).filter(|i| i % 3 != 0).collect();
-        for blend in [Blend::Opaque, Blend::Additive, Blend::Transparent] {
-            let mut of_all = order_of(&all, 1024, blend).ids().to_vec();
-            of_all.retain(|i| i % 3 != 0);
-            assert_eq!(of_all, order_of(&some, 1024, blend).ids());
-        }
-    }
-
-    #[test]
-    fn every_page_is_a_run_of_its_own() {
-        let all: Vec<u32> = (0..200).collect();
-        let order = order_of(&all, 64, Blend::Opaque);
-        let pages: Vec<_> = order.runs.iter().map(|run| (run.page, run.range.len())).collect();
-        assert_eq!(pages, [(0, 64), (1, 64), (2, 64), (3, 8)]);
-        for run in &order.runs {
-            let ids = &order.ids()[run.range.start as usize..run.range.end as usize];
-            assert!(ids.iter().all(|id| id / 64 == run.page));
-        }
-        assert_eq!(order_of(&[199, 7, 64], 64, Blend::Transparent).runs.len(), 3);
     }
 
     #[test]
@@ -440,10 +405,5 @@ mod tests {
             let ids: Vec<u32> = of_style.flat_map(|run| drawn(&order, run)).collect();
             assert_eq!(ids, without_some(style).collect::<Vec<_>>());
         }
-    }
-
-    #[test]
-    fn unknown_numbers_are_left_out() {
-        assert_eq!(order_of(&[5, 200, PolygonId::LIMIT - 1], 1024, Blend::Opaque).ids(), [5]);
     }
 }

@@ -26,30 +26,19 @@ pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError
         let lacks = "shaders that read each sample of a pixel (use Vulkan, not OpenGL)";
         return Err(RenderError::Lacks { adapter: gpu.name(), lacks });
     }
-    let device = &gpu.device;
-    let module = descriptors::module(device, "overdraw", shaders::OVERDRAW);
-    let stage = wgpu::ShaderStages::COMPUTE;
     let samples = descriptors::samples(wgpu::TextureSampleType::Float { filterable: false });
-    let bindings = [(stage, samples), (stage, descriptors::written())];
-    let bind_layout = descriptors::bind_layout(device, "overdraw", &bindings);
-    let layout = descriptors::pipeline_layout(device, "overdraw", &[Some(&bind_layout)]);
-    let pipeline = descriptors::compute_pipeline(device, &module, &layout, "add_up");
+    let layout = gpu.compute_layout("overdraw", &[samples, descriptors::written()]);
+    let pipeline = gpu.compute_pipeline(shaders::OVERDRAW, &[Some(&layout)], "add_up");
     let (width, height) = target.size();
     let groups = [width.div_ceil(SIDE), height.div_ceil(SIDE)];
     let bytes = u64::from(groups[0] * groups[1]) * 8;
-    let sums = descriptors::buffer(
-        device,
+    let sums = gpu.buffer("overdraw", bytes, descriptors::STORAGE);
+    let group = gpu.bind_group(
         "overdraw",
-        bytes,
-        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
-    );
-    let group = descriptors::bind_group(
-        device,
-        "overdraw",
-        &bind_layout,
+        &layout,
         &[wgpu::BindingResource::TextureView(&target.samples), sums.as_entire_binding()],
     );
-    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(&pipeline);
     pass.set_bind_group(0, &group, &[]);

@@ -35,9 +35,7 @@ struct OwnShader {
 #[derive(Debug)]
 pub(super) struct Sky {
     pub(super) pipeline: wgpu::RenderPipeline,
-    /// Materials, textures and light.
     pub(super) paint: wgpu::BindGroup,
-    /// Shadow map of the first light.
     pub(super) shadow: wgpu::BindGroup,
     /// Whether the sky covers the background.
     pub(super) is_shown: bool,
@@ -84,14 +82,12 @@ impl Pipelines {
         }
     }
 
-    /// Replaces the shadow map of the first light.
     pub(super) fn set_shadow(&mut self, shadow: &wgpu::BindGroup) {
         if let Some(sky) = &mut self.sky {
             sky.shadow = shadow.clone();
         }
     }
 
-    /// The bind group of materials, textures and light; `None` for plain colours.
     pub(super) fn paint(&self) -> Option<&wgpu::BindGroup> {
         self.sky.as_ref().map(|sky| &sky.paint)
     }
@@ -217,8 +213,7 @@ fn create(
     let targets = if state.is_some() { &targets[..] } else { &[] };
     // Both sides of a polygon are visible, so no back faces are culled. At equal depth the later polygon wins. Culling
     // does not change the order of the remaining polygons.
-    descriptors::render_pipeline(
-        &gpu.device,
+    gpu.render_pipeline(
         label,
         Some(shader.layout),
         descriptors::with_chunk_len(descriptors::vertex(shader.module, vertex), &constants),
@@ -228,7 +223,6 @@ fn create(
     )
 }
 
-/// Adds colours to those of the target.
 pub(super) fn sum() -> wgpu::BlendState {
     let add = wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
@@ -249,5 +243,5 @@ pub(super) fn of_whole_picture(
     let vertex = descriptors::vertex(module, "vertex");
     let targets = [Some(target)];
     let stage = descriptors::fragment(module, fragment, &targets);
-    descriptors::render_pipeline(&gpu.device, fragment, Some(layout), vertex, None, 1, Some(stage))
+    gpu.render_pipeline(fragment, Some(layout), vertex, None, 1, Some(stage))
 }

@@ -28,7 +28,6 @@ impl ComingImage {
         self.is_here.load(Ordering::Acquire).then(|| self.finish())
     }
 
-    /// Waits for the picture and returns it.
     pub(super) fn wait(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         gpu.wait()?;
         self.finish()
@@ -48,12 +47,8 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
     let (width, height) = (texture.width(), texture.height());
     let row_bytes = width * 4;
     let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = descriptors::buffer(
-        &gpu.device,
-        "read back",
-        u64::from(padded_row_bytes) * u64::from(height),
-        wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-    );
+    let buffer =
+        gpu.buffer("read back", u64::from(padded_row_bytes) * u64::from(height), descriptors::READ_BACK);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_texture_to_buffer(
         texture.as_image_copy(),
@@ -120,12 +115,7 @@ fn mapped(buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
 }
 
 fn copy_to_read(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> wgpu::Buffer {
-    let buffer = descriptors::buffer(
-        &gpu.device,
-        "read back",
-        bytes,
-        wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-    );
+    let buffer = gpu.buffer("read back", bytes, descriptors::READ_BACK);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(from, 0, &buffer, 0, bytes);
     gpu.queue.submit([encoder.finish()]);

@@ -27,12 +27,7 @@ struct Slot {
 impl ReadRing {
     pub(super) fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot {
-            buffer: descriptors::buffer(
-                &gpu.device,
-                "results",
-                bytes,
-                wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            ),
+            buffer: gpu.buffer("results", bytes, descriptors::READ_BACK),
             bytes,
             is_busy: false,
             is_mapped: Arc::new(AtomicBool::new(false)),
@@ -40,7 +35,6 @@ impl ReadRing {
         Self { slots: (0..SLOTS).map(slot).collect(), current: None }
     }
 
-    /// Largest size of a result, bytes.
     pub(super) fn capacity(&self) -> u64 {
         self.slots.first().map_or(0, |slot| slot.buffer.size())
     }

@@ -77,7 +77,6 @@ impl DrawClass {
 }
 
 impl PolygonRecord {
-    /// Size of a polygon on the GPU, bytes.
     pub(super) const SIZE: u64 = size_of::<Self>() as u64;
 
     pub(super) fn of(scene: &Scene, id: PolygonId, colors: Colors) -> Self {

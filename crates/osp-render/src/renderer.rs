@@ -6,7 +6,6 @@ use super::{
     Blend, Colors, Gpu, GpuOcclusion, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel,
     RenderError, Style, Target, ViewSlot,
     backdrop::srgb_from_linear,
-    descriptors,
     draw_switch::DrawSwitch,
     finish::{Bloom, Finish},
     gpu_scene::GpuScene,
@@ -416,7 +415,6 @@ impl Renderer {
         in_list.chain(culled).sum()
     }
 
-    /// Cost of a prepared view's order, in calls and changes of state.
     pub(super) fn order_counts(&self, slot: &ViewSlot, scene: &Scene) -> OrderCounts {
         let order = &slot.order;
         let runs = &order.runs;
@@ -443,9 +441,8 @@ fn runs_of<'a>(first: &'a ViewSlot, slot: &'a ViewSlot) -> impl Iterator<Item = 
 
 /// The pipelines of polygons in their plain colours.
 fn plain_pipelines(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Pipelines {
-    let module = descriptors::module(&gpu.device, "polygon", shaders::POLYGON);
-    let layout =
-        descriptors::pipeline_layout(&gpu.device, "polygon", &[Some(view_layout), Some(scene.layout())]);
+    let module = gpu.module("polygon", shaders::POLYGON);
+    let layout = gpu.pipeline_layout("polygon", &[Some(view_layout), Some(scene.layout())]);
     let shader = Shader {
         module: &module,
         layout: &layout,

@@ -82,7 +82,6 @@ impl Handle {
 /// The cluster masks whose polygons lie in one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct HandleRun {
-    /// Range in [`DrawOrder::handles`](super::DrawOrder::handles).
     pub(super) range: Range<u32>,
     pub(super) page: u32,
     pub(super) polygons: u32,

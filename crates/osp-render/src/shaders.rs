@@ -66,16 +66,12 @@ mod tests {
             valid::{Capabilities, ValidationFlags, Validator},
         };
         for (name, source) in SHADERS {
-            let module = match naga::front::wgsl::parse_str(source) {
-                Ok(module) => module,
-                Err(error) => panic!("{name}.wgsl: {}", error.emit_to_string(source)),
-            };
+            let module = naga::front::wgsl::parse_str(source)
+                .unwrap_or_else(|error| panic!("{name}.wgsl: {}", error.emit_to_string(source)));
             // The shaders need no optional capability, so that they run on every adapter.
-            if let Err(error) =
-                Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module)
-            {
-                panic!("{name}.wgsl: {}", error.emit_to_string(source));
-            }
+            Validator::new(ValidationFlags::all(), Capabilities::empty())
+                .validate(&module)
+                .unwrap_or_else(|error| panic!("{name}.wgsl: {}", error.emit_to_string(source)));
         }
     }
 

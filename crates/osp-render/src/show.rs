@@ -13,15 +13,12 @@ pub enum Channels {
 /// A rectangle of a window, pixels from its upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Area {
-    /// Position of the left side.
     pub x: f32,
-    /// Position of the upper side.
     pub y: f32,
     pub width: f32,
     pub height: f32,
 }
 
-/// Draws finished pictures on a window.
 #[derive(Debug)]
 pub struct ShowPass {
     layout: wgpu::BindGroupLayout,
@@ -35,12 +32,11 @@ pub struct Shown(wgpu::BindGroup);
 
 impl ShowPass {
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let device = &gpu.device;
         let picture = descriptors::texture(wgpu::TextureSampleType::Float { filterable: false });
         let bindings = [(wgpu::ShaderStages::FRAGMENT, picture)];
-        let layout = descriptors::bind_layout(device, "picture", &bindings);
-        let module = descriptors::module(device, "show", shaders::SHOW);
-        let pipeline_layout = descriptors::pipeline_layout(device, "show", &[Some(&layout)]);
+        let layout = gpu.bind_layout("picture", &bindings);
+        let module = gpu.module("show", shaders::SHOW);
+        let pipeline_layout = gpu.pipeline_layout("show", &[Some(&layout)]);
         let pipeline = |channels| {
             let entry = match (format.is_srgb(), channels) {
                 (false, Channels::All) => "pass_on",
@@ -64,8 +60,7 @@ impl ShowPass {
 
     /// Prepares a target's picture for drawing. A new target needs a new call.
     pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
-        Shown(descriptors::bind_group(
-            &gpu.device,
+        Shown(gpu.bind_group(
             "picture",
             &self.layout,
             &[wgpu::BindingResource::TextureView(&target.picture_view)],

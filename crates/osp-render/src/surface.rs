@@ -10,7 +10,6 @@ pub struct WindowSurface {
     is_stale: bool,
 }
 
-/// The result of a request for a frame.
 #[derive(Debug)]
 pub enum Acquired {
     /// A frame: draw into it, then present it.
@@ -57,7 +56,6 @@ impl WindowSurface {
         self.config.format
     }
 
-    /// Sets the window's size, pixels.
     pub fn resize(&mut self, width: u32, height: u32) {
         if self.size != (width, height) {
             self.size = (width, height);

@@ -2,9 +2,9 @@ use std::sync::OnceLock;
 
 use super::{
     Gpu, Image, RenderError, descriptors,
+    finish::Octaves,
     formats::{COLOR_FORMAT, DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES},
-    half_images::HalfImages,
-    octaves::Octaves,
+    light::HalfImages,
     read_back::{ComingImage, begin_read_back},
 };
 
@@ -38,7 +38,7 @@ impl Target {
             return Err(RenderError::Size { width, height, limit });
         }
         let texture = |label, format, sample_count, usage| {
-            descriptors::new_texture(&gpu.device, label, format, sample_count, usage, (width, height))
+            gpu.texture(label, format, sample_count, usage, (width, height))
         };
         let sampled = descriptors::DRAWN_AND_READ;
         let of_samples = if gpu.reads_samples() { sampled } else { wgpu::TextureUsages::RENDER_ATTACHMENT };
@@ -70,7 +70,6 @@ impl Target {
         self.width as f32 / self.height as f32
     }
 
-    /// A copy of the finished picture.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         self.image_later(gpu).wait(gpu)
     }

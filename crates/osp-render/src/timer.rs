@@ -1,7 +1,7 @@
 use std::ops::Add;
 
 use super::{
-    Gpu, descriptors,
+    Gpu,
     read_ring::{ReadRing, SLOTS},
 };
 
@@ -47,7 +47,6 @@ struct Queries {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     ring: ReadRing,
-    /// Slot of the frame that is being encoded.
     current: Option<usize>,
 }
 
@@ -91,8 +90,7 @@ impl GpuTimer {
                 ty: wgpu::QueryType::Timestamp,
                 count: STAMPS * SLOTS as u32,
             }),
-            resolved: descriptors::buffer(
-                device,
+            resolved: gpu.buffer(
                 "pass times",
                 SLOTS as u64 * ALIGNMENT,
                 wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
@@ -194,10 +192,7 @@ mod tests {
             times(&[100, 130]),
             Some(PassTimes { total_ns: 60, color_ns: 60, ..PassTimes::default() })
         );
-    }
-
-    #[test]
-    fn stamps_that_go_backwards_are_no_time() {
+        // Stamps that go backwards are no time.
         assert_eq!(times(&[100, 0]), None);
         assert_eq!(times(&[100, 105, 106, 3, 4, 9]), None);
         assert_eq!(times(&[]), None);

@@ -58,12 +58,7 @@ impl Uniforms {
 
 impl ViewSlot {
     pub(super) fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> Self {
-        let uniforms = descriptors::buffer(
-            &gpu.device,
-            "view",
-            size_of::<Uniforms>() as u64,
-            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        );
+        let uniforms = gpu.buffer("view", size_of::<Uniforms>() as u64, descriptors::UNIFORM);
         let all_from = 1 << 14;
         let ids = create_ids(gpu, u64::from(all_from));
         let bind_group = bind(gpu, layout, &uniforms, &ids);
@@ -91,7 +86,7 @@ impl ViewSlot {
             (wgpu::ShaderStages::VERTEX_FRAGMENT, uniform),
             (wgpu::ShaderStages::VERTEX, descriptors::read(4)),
         ];
-        descriptors::bind_layout(&gpu.device, "view", &bindings)
+        gpu.bind_layout("view", &bindings)
     }
 
     pub fn occlusion(&self) -> GpuOcclusion {
@@ -221,12 +216,7 @@ impl Place<'_> {
 }
 
 fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
-    descriptors::buffer(
-        &gpu.device,
-        "draw list",
-        count * 4,
-        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-    )
+    gpu.buffer("draw list", count * 4, descriptors::STORAGE)
 }
 
 fn bind(
@@ -235,10 +225,5 @@ fn bind(
     uniforms: &wgpu::Buffer,
     ids: &wgpu::Buffer,
 ) -> wgpu::BindGroup {
-    descriptors::bind_group(
-        &gpu.device,
-        "view",
-        layout,
-        &[uniforms.as_entire_binding(), ids.as_entire_binding()],
-    )
+    gpu.bind_group("view", layout, &[uniforms.as_entire_binding(), ids.as_entire_binding()])
 }

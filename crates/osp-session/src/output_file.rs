@@ -14,23 +14,17 @@ use crate::{
     platform::fs::{self, File, Identity, Metadata, has_ending},
 };
 
-/// The reason why an output cannot be written.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages describe them")]
 pub enum OutputError {
-    /// The file name has the ending of another format.
     #[error("{}: expected a name that ends in {}", path.display(), endings.join(" or "))]
     Ending { path: PathBuf, endings: &'static [&'static str] },
-    /// The file is read, too.
     #[error("{}: is an input, too; an output must be another file", path.display())]
     Input { path: PathBuf },
-    /// The file lies in a folder that is read.
     #[error("{}: lies in the input {}; an output must lie elsewhere", path.display(), folder.display())]
     InInput { path: PathBuf, folder: PathBuf },
-    /// Another output writes the file.
     #[error("{}: two outputs cannot both write it", path.display())]
     Twice { path: PathBuf },
-    /// A file exists, and nobody asked to replace it.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
     #[error("{}: {cause}", path.display())]

@@ -47,7 +47,6 @@ impl Look {
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
-    /// Index of the polygon in the cluster.
     pub(super) bit: u32,
     pub(super) stroke: usize,
     pub(super) look: Look,
@@ -297,7 +296,6 @@ fn shift(off: f32, of: f32) -> f32 {
     if off <= UV_ROUNDING { 0.0 } else { off / of.max(UV_ROUNDING) }
 }
 
-/// Largest distance between a quad's surface by two triangles and its bilinear surface.
 fn fold_m([a, b]: &[Vertex; 2], [d, c]: &[Vertex; 2]) -> f32 {
     ((a.place - b.place) + (c.place - d.place)).length() * 0.25
 }
@@ -340,7 +338,6 @@ fn vertices(sources: &[Source], at: usize) -> [Vertex; 4] {
     })
 }
 
-/// Returns the record of a quad with these corners and their texture coordinates, normals and alphas.
 fn record(corners: [Vertex; 4], sources: &[Source]) -> PolygonRecord {
     let mut record = sources[corners[0].from.0].record;
     let mut alpha = 0;

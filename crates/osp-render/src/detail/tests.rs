@@ -20,7 +20,6 @@ fn samples(record: &PolygonRecord) -> Vec<Vec3> {
     triangles(record).into_iter().flat_map(of).collect()
 }
 
-/// Distance of a point from a triangle.
 fn distance_m(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     let edge = |from: Vec3, to: Vec3| {
         let way = to - from;
@@ -39,7 +38,6 @@ fn distance_to_all_m(p: Vec3, records: &[PolygonRecord]) -> f32 {
     records.iter().flat_map(triangles).map(|triangle| distance_m(p, triangle)).fold(f32::INFINITY, f32::min)
 }
 
-/// The sources and the merged quads of each cluster of a synthetic model.
 fn clusters() -> Vec<(Vec<Source>, Vec<Merged>)> {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     for event in synthesize(SynthKind::Scribble, 4000, 7) {

@@ -49,7 +49,6 @@ pub struct HzbConfig {
     /// Number of polygons that are tested together. Larger groups need fewer tests, but hide fewer polygons.
     pub group: HzbGroup,
     pub bound: HzbBound,
-    /// The test of single polygons in a group that is not proven hidden.
     pub fine: HzbFine,
 }
 

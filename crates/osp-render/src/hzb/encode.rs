@@ -1,15 +1,13 @@
 use super::{
     HzbFine, HzbView, PyramidLevel,
-    buffers::{LANES, grow},
     frame::Frame,
     pyramid::Levels,
     queries::HzbViewParts,
-    span::{Params, SPAN_STRIDE, Span, with_offsets},
+    span::{LANES, Params, SPAN_STRIDE, Span, with_offsets},
     state::Groups,
 };
 use crate::{
     Blend, Gpu, GpuTimer, RenderError,
-    descriptors::bind_group,
     read_back::read_buffer,
     run::{CLUSTER, Handle},
     target::DepthBefore,
@@ -90,7 +88,7 @@ impl HzbView {
         if self.size != frame.target.size() {
             self.size = frame.target.size();
             self.levels = Levels::of(self.size.0, self.size.1);
-            if grow(gpu, &mut self.buffers.pyramid, u64::from(self.levels.texels) * 4) {
+            if gpu.grow(&mut self.buffers.pyramid, u64::from(self.levels.texels) * 4) {
                 self.groups = None;
             }
             let params = Params::new(self.size, &self.levels, self.config);
@@ -111,8 +109,7 @@ impl HzbView {
         let span = span_of(&buffers.spans);
         let depth = wgpu::BindingResource::TextureView(&frame.target.depth);
         Groups {
-            recall: bind_group(
-                &gpu.device,
+            recall: gpu.bind_group(
                 "recall",
                 &hzb.recall_layout,
                 &[
@@ -123,14 +120,12 @@ impl HzbView {
                     whole(&buffers.args),
                 ],
             ),
-            pyramid: bind_group(
-                &gpu.device,
+            pyramid: gpu.bind_group(
                 "depth pyramid",
                 &hzb.pyramid_layout,
                 &[span.clone(), whole(&buffers.params), depth.clone(), whole(&buffers.pyramid)],
             ),
-            test: bind_group(
-                &gpu.device,
+            test: gpu.bind_group(
                 "occlusion test",
                 &hzb.test_layout,
                 &[
@@ -145,14 +140,12 @@ impl HzbView {
                     depth,
                 ],
             ),
-            transparent: bind_group(
-                &gpu.device,
+            transparent: gpu.bind_group(
                 "transparent polygons",
                 &hzb.transparent_layout,
                 &[whole(frame.list), whole(&buffers.args)],
             ),
-            compact: bind_group(
-                &gpu.device,
+            compact: gpu.bind_group(
                 "compaction",
                 &hzb.compact_layout,
                 &[
@@ -164,8 +157,7 @@ impl HzbView {
                     whole(&buffers.args),
                 ],
             ),
-            draw_recalled: bind_group(
-                &gpu.device,
+            draw_recalled: gpu.bind_group(
                 "recalled polygons",
                 frame.view_layout,
                 &[whole(frame.uniforms), whole(&buffers.recalled)],
@@ -199,7 +191,6 @@ impl HzbView {
         }
     }
 
-    /// Encodes occlusion queries if they replace the pyramid and its test.
     fn query(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
         let parts = HzbViewParts {
             span: span_of(&self.buffers.spans),
@@ -214,7 +205,6 @@ impl HzbView {
         }
     }
 
-    /// Builds the pyramid and tests the polygons in view.
     fn test(&self, frame: &Frame<'_>, pass: &mut wgpu::ComputePass<'_>) {
         let Some(groups) = self.groups.as_ref().filter(|_| self.queries.is_none()) else { return };
         self.build_pyramid(frame, groups, pass);
@@ -229,7 +219,6 @@ impl HzbView {
         }
     }
 
-    /// Tests the opaque polygons of each chunk by the coarse and the fine test.
     fn test_opaque(
         &self,
         frame: &Frame<'_>,

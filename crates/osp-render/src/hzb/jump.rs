@@ -71,23 +71,14 @@ fn usual_distance_m(handles: &[Handle], eye_in_world: Vec3, scene: &Scene) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::CLUSTER;
-    use osp_session::recording::{Author, Event};
+    use crate::{run::CLUSTER, test_scene};
 
-    /// A row of `count` small squares, a quarter of a metre apart.
     fn row(count: u8) -> Scene {
-        let mut scene = Scene::new();
-        for i in 0..count {
-            let at = |x: f32, y: f32| Vec3::new(f32::from(i) * 0.25 + x, y, 0.0);
-            let vertices = vec![at(0.0, 0.0), at(0.1, 0.0), at(0.1, 0.1), at(0.0, 0.1)];
-            let color = (1.0, 1.0, 1.0, 1.0);
-            let event = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color };
-            scene.apply(&event, &mut Vec::new());
-        }
-        scene
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y];
+        let at = |i: u8| corners.map(|p| Vec3::X * f32::from(i) * 0.25 + p * 0.1).to_vec();
+        test_scene::of((0..count).map(|i| (at(i), (1.0, 1.0, 1.0, 1.0))))
     }
 
-    /// The polygons of three clusters as handles, and their number.
     fn handles(bits: [u64; 3]) -> (Vec<Handle>, u32) {
         let all = bits.into_iter().zip(0..).map(|(bits, cluster)| Handle::new(cluster * CLUSTER, bits));
         let count = bits.iter().map(|bits| bits.count_ones()).sum();

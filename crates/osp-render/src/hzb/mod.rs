@@ -38,8 +38,6 @@
 //!   layers of paint, millimetres apart: at a grazing angle, the nearest corner of a polygon lies in front of most of the
 //!   polygon's occluders.
 
-mod bindings;
-mod buffers;
 mod config;
 mod encode;
 mod frame;
@@ -47,7 +45,6 @@ mod jump;
 mod pipelines;
 mod pyramid;
 mod queries;
-mod query_pipelines;
 mod samples;
 mod show;
 mod span;

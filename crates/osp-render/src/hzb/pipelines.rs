@@ -1,15 +1,14 @@
-use super::{
-    bindings::{Bound, compute, layout},
-    query_pipelines::QueryPipelines,
-    samples,
-    span::PARAMS_BYTES,
+use super::{queries::QueryPipelines, samples, span};
+use crate::{
+    Gpu, RenderError,
+    descriptors::{read, samples as texels, uniform, written},
+    gpu_scene::GpuScene,
+    shaders,
 };
-use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shaders};
 
 /// Largest number of storage buffers of a compute shader. An adapter must support this number.
 const STORAGE_BUFFERS: u32 = 8;
 
-/// Shared resources of culling by a hierarchical depth buffer, for all views.
 #[derive(Debug)]
 pub(in super::super) struct Hzb {
     pub(super) recall: wgpu::ComputePipeline,
@@ -62,32 +61,33 @@ impl Hzb {
         if let Some(lacks) = missing {
             return Err(RenderError::NoOcclusion { adapter: gpu.name(), lacks });
         }
-        use Bound::{Depth, Read, Span, Uniform, Write};
-        let view = Uniform(80);
-        let params = Uniform(PARAMS_BYTES);
-        let recall_layout = layout(gpu, "recall", &[Span, Read, Read, Write, Write]);
-        let pyramid_layout = layout(gpu, "depth pyramid", &[Span, params, Depth, Write]);
+        let (span, params, view) = (span::binding(), uniform(span::PARAMS_BYTES), uniform(80));
+        let (read, write, depth) = (read(0), written(), texels(wgpu::TextureSampleType::Depth));
+        let layout = |label, types: &[_]| gpu.compute_layout(label, types);
+        let recall_layout = layout("recall", &[span, read, read, write, write]);
+        let pyramid_layout = layout("depth pyramid", &[span, params, depth, write]);
         let test_layout =
-            layout(gpu, "occlusion test", &[Span, params, view, Read, Write, Write, Read, Write, Depth]);
-        let transparent_layout = layout(gpu, "transparent polygons", &[Write, Write]);
-        let compact_layout = layout(gpu, "compaction", &[Span, Read, Read, Write, Write, Write]);
-        let chunk_layout = layout(gpu, "polygon chunk", &[Read]);
+            layout("occlusion test", &[span, params, view, read, write, write, read, write, depth]);
+        let transparent_layout = layout("transparent polygons", &[write, write]);
+        let compact_layout = layout("compaction", &[span, read, read, write, write, write]);
+        let chunk_layout = layout("polygon chunk", &[read]);
         let pyramid = [Some(&pyramid_layout)];
         let test = [Some(&test_layout), Some(&chunk_layout)];
         let transparent = [Some(&test_layout), Some(&chunk_layout), Some(&transparent_layout)];
         let compact = [Some(&compact_layout)];
+        let compute = |wgsl, layouts: &[_], entry| gpu.compute_pipeline(wgsl, layouts, entry);
         Ok(Self {
-            recall: compute(gpu, shaders::HZB_RECALL, &[Some(&recall_layout)], "recall"),
-            base: compute(gpu, shaders::HZB_PYRAMID, &pyramid, "base"),
-            reduce: compute(gpu, shaders::HZB_PYRAMID, &pyramid, "reduce"),
-            test: compute(gpu, shaders::HZB_TEST, &test, "test"),
-            refine: compute(gpu, shaders::HZB_TEST, &test, "refine"),
-            remember: compute(gpu, shaders::HZB_TEST, &test, "remember"),
-            refine_remembered: compute(gpu, shaders::HZB_TEST, &test, "refine_remembered"),
-            test_transparent: compute(gpu, shaders::HZB_TEST, &transparent, "test_transparent"),
-            count: compute(gpu, shaders::HZB_COMPACT, &compact, "count"),
-            scan: compute(gpu, shaders::HZB_COMPACT, &compact, "scan"),
-            scatter: compute(gpu, shaders::HZB_COMPACT, &compact, "scatter"),
+            recall: compute(shaders::HZB_RECALL, &[Some(&recall_layout)], "recall"),
+            base: compute(shaders::HZB_PYRAMID, &pyramid, "base"),
+            reduce: compute(shaders::HZB_PYRAMID, &pyramid, "reduce"),
+            test: compute(shaders::HZB_TEST, &test, "test"),
+            refine: compute(shaders::HZB_TEST, &test, "refine"),
+            remember: compute(shaders::HZB_TEST, &test, "remember"),
+            refine_remembered: compute(shaders::HZB_TEST, &test, "refine_remembered"),
+            test_transparent: compute(shaders::HZB_TEST, &transparent, "test_transparent"),
+            count: compute(shaders::HZB_COMPACT, &compact, "count"),
+            scan: compute(shaders::HZB_COMPACT, &compact, "scan"),
+            scatter: compute(shaders::HZB_COMPACT, &compact, "scatter"),
             recall_layout,
             pyramid_layout,
             test_layout,
@@ -105,8 +105,7 @@ impl Hzb {
             if self.chunks.get(i).is_some_and(|(bound, _)| bound == buffer) {
                 continue;
             }
-            let group =
-                bind_group(&gpu.device, "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
+            let group = gpu.bind_group("polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
             match self.chunks.get_mut(i) {
                 Some(chunk) => *chunk = (buffer.clone(), group),
                 None => self.chunks.push((buffer.clone(), group)),

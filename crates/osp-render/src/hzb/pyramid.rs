@@ -14,7 +14,6 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    /// The levels for a picture of this size.
     pub(super) fn of(width: u32, height: u32) -> Self {
         let mut levels = [[0; 4]; MAX_LEVELS];
         levels[0] = [0, width.max(1), height.max(1), 0];
@@ -44,9 +43,7 @@ impl Levels {
 /// A level of a depth pyramid, read back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PyramidLevel {
-    /// Width, texels.
     pub width: u32,
-    /// Height, texels.
     pub height: u32,
     /// The farthest depth of each texel, row by row from the top. Depth is reversed: 1 is near, 0 is far.
     pub depths: Vec<f32>,

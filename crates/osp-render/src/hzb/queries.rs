@@ -14,15 +14,16 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    buffers::{LANES, create, grow},
     frame::Frame,
-    span::with_offsets,
+    span::{self, LANES, with_offsets},
 };
 use crate::{
     DrawOrder, Gpu,
-    descriptors::{bind_group, depth_pass},
+    descriptors::{self, STORAGE, UNIFORM, depth_pass, read, uniform, written},
+    formats::SAMPLES,
     read_ring::{ReadRing, SLOTS},
     run::{CLUSTER, Handle},
+    shaders,
 };
 use osp::{math::Aabb, view::View};
 use osp_session::scene::Scene;
@@ -35,6 +36,31 @@ const MOST: usize = 1 << 16;
 /// group stays visible.
 const PATIENCE: u64 = 8;
 const NOTHING: u32 = u32::MAX;
+
+#[derive(Debug)]
+pub(super) struct QueryPipelines {
+    boxes_layout: wgpu::BindGroupLayout,
+    apply_layout: wgpu::BindGroupLayout,
+    boxes: wgpu::RenderPipeline,
+    apply: wgpu::ComputePipeline,
+}
+
+impl QueryPipelines {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let bindings = [uniform(0), uniform(0), read(0)].map(|ty| (wgpu::ShaderStages::VERTEX, ty));
+        let boxes_layout = gpu.bind_layout("boxes", &bindings);
+        let module = gpu.module("boxes", shaders::QUERY_BOX);
+        let layout = gpu.pipeline_layout("boxes", &[Some(&boxes_layout)]);
+        let vertex = descriptors::vertex(&module, "vertex");
+        let depth = Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false));
+        let boxes = gpu.render_pipeline("boxes", Some(&layout), vertex, depth, SAMPLES, None);
+        let (read, write) = (read(0), written());
+        let types = [span::binding(), read, read, read, write, write];
+        let apply_layout = gpu.compute_layout("queries", &types);
+        let apply = gpu.compute_pipeline(shaders::QUERY_APPLY, &[Some(&apply_layout)], "apply");
+        Self { boxes_layout, apply_layout, boxes, apply }
+    }
+}
 
 #[derive(Debug)]
 pub(super) struct Queries {
@@ -68,15 +94,12 @@ struct Pixel {
 
 impl Queries {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-        let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-        let results = storage | wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
         let bytes = u64::from(SET) * 8;
         Self {
-            pixel: create(gpu, "pixel", size_of::<Pixel>() as u64, uniform),
-            boxes: create(gpu, "boxes", 1 << 12, storage),
-            of_handle: create(gpu, "queries of handles", 1 << 12, storage),
-            results: create(gpu, "samples counted", bytes, results),
+            pixel: gpu.buffer("pixel", size_of::<Pixel>() as u64, UNIFORM),
+            boxes: gpu.buffer("boxes", 1 << 12, STORAGE),
+            of_handle: gpu.buffer("queries of handles", 1 << 12, STORAGE),
+            results: gpu.buffer("samples counted", bytes, STORAGE | wgpu::BufferUsages::QUERY_RESOLVE),
             sets: Vec::new(),
             groups: None,
             extent: [1.0; 2],
@@ -122,9 +145,9 @@ impl Queries {
         }
         let results = u64::from(self.sets_needed() * SET) * 8;
         let is_new = [
-            grow(gpu, &mut self.boxes, size_of_val(&self.box_words[..]) as u64),
-            grow(gpu, &mut self.of_handle, size_of_val(&self.of_handle_words[..]) as u64),
-            grow(gpu, &mut self.results, results),
+            gpu.grow(&mut self.boxes, size_of_val(&self.box_words[..]) as u64),
+            gpu.grow(&mut self.of_handle, size_of_val(&self.of_handle_words[..]) as u64),
+            gpu.grow(&mut self.results, results),
         ];
         if is_new.contains(&true) {
             self.groups = None;
@@ -198,8 +221,8 @@ impl Queries {
                 whole(view.kept),
             ];
             (
-                bind_group(&frame.gpu.device, "boxes", &pipelines.boxes_layout, &boxes),
-                bind_group(&frame.gpu.device, "queries", &pipelines.apply_layout, &apply),
+                frame.gpu.bind_group("boxes", &pipelines.boxes_layout, &boxes),
+                frame.gpu.bind_group("queries", &pipelines.apply_layout, &apply),
             )
         });
         let count = self.asked.len() as u32;
@@ -239,7 +262,7 @@ pub(super) struct HzbViewParts<'a> {
     pub(super) handles: &'a wgpu::Buffer,
     pub(super) remembered: &'a wgpu::Buffer,
     pub(super) kept: &'a wgpu::Buffer,
-    pub(super) pages: &'a [super::span::Span],
+    pub(super) pages: &'a [span::Span],
     pub(super) first_page: u32,
 }
 

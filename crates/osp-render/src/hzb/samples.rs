@@ -4,13 +4,9 @@
 //! driver may use other positions without reporting them. So the positions are measured once. On an adapter with other
 //! positions, occlusion culling is not available.
 
-use super::{
-    bindings::{Bound, compute, layout},
-    buffers::create,
-};
 use crate::{
     Gpu, RenderError,
-    descriptors::{self, bind_group},
+    descriptors::{self, written},
     formats::{DEPTH_FORMAT, SAMPLES},
     read_back::{read_buffer, read_buffer_later},
     shaders,
@@ -60,17 +56,16 @@ fn are_places(found: &[Vec<f32>; 2]) -> bool {
 
 /// Starts to measure the distance of each sample of each pixel from the left (axis 0) or from the top.
 fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
-    let device = &gpu.device;
     let usage = descriptors::DRAWN_AND_READ;
-    let view = descriptors::image(device, "places of samples", DEPTH_FORMAT, SAMPLES, usage, (SIDE, SIDE));
-    let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-    let depths = create(gpu, "places of samples", BYTES, storage);
-    let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
-    let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
+    let view = gpu.image("places of samples", DEPTH_FORMAT, SAMPLES, usage, (SIDE, SIDE));
+    let depths = gpu.buffer("places of samples", BYTES, descriptors::STORAGE);
+    let types = [descriptors::samples(wgpu::TextureSampleType::Depth), written()];
+    let read_layout = gpu.compute_layout("places of samples", &types);
+    let read = gpu.compute_pipeline(shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
     let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
-    let group = bind_group(&gpu.device, "places of samples", &read_layout, &resources);
+    let group = gpu.bind_group("places of samples", &read_layout, &resources);
 
-    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = descriptors::depth_pass(&mut encoder, "places of samples", &view, FARTHEST, None, None);
     pass.set_pipeline(&growing_depth(gpu));
     pass.draw(0..3, axis..axis + 1);
@@ -85,10 +80,10 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
 }
 
 fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let module = descriptors::module(&gpu.device, "places of samples", shaders::SAMPLE_PLACES);
+    let module = gpu.module("places of samples", shaders::SAMPLE_PLACES);
     let vertex = descriptors::vertex(&module, "grow");
     let depth = Some(descriptors::depth(wgpu::CompareFunction::Always, true));
-    descriptors::render_pipeline(&gpu.device, "places of samples", None, vertex, depth, SAMPLES, None)
+    gpu.render_pipeline("places of samples", None, vertex, depth, SAMPLES, None)
 }
 
 #[cfg(test)]

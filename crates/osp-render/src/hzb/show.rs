@@ -22,13 +22,11 @@ struct Level {
 
 impl PyramidPass {
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let device = &gpu.device;
         let bindings =
             [descriptors::read(0), descriptors::uniform(0)].map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
-        let layout = descriptors::bind_layout(device, "depth pyramid in a window", &bindings);
-        let module = descriptors::module(device, "depth pyramid in a window", shaders::PYRAMID);
-        let pipeline_layout =
-            descriptors::pipeline_layout(device, "depth pyramid in a window", &[Some(&layout)]);
+        let layout = gpu.bind_layout("depth pyramid in a window", &bindings);
+        let module = gpu.module("depth pyramid in a window", shaders::PYRAMID);
+        let pipeline_layout = gpu.pipeline_layout("depth pyramid in a window", &[Some(&layout)]);
         let target = wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL };
         let pipeline = of_whole_picture(gpu, &module, &pipeline_layout, "fragment", target);
         Self { layout, pipeline, encodes: format.is_srgb() }
@@ -54,15 +52,9 @@ impl PyramidPass {
         }
         let Some((first, width, height)) = view.level(level as usize) else { return false };
         let level = Level { first, width, height, encodes: u32::from(self.encodes) };
-        let uniform = descriptors::buffer(
-            &gpu.device,
-            "level of a depth pyramid",
-            size_of::<Level>() as u64,
-            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        );
+        let uniform = gpu.buffer("level of a depth pyramid", size_of::<Level>() as u64, descriptors::UNIFORM);
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&level));
-        let group = descriptors::bind_group(
-            &gpu.device,
+        let group = gpu.bind_group(
             "depth pyramid in a window",
             &self.layout,
             &[view.buffers.pyramid.as_entire_binding(), uniform.as_entire_binding()],

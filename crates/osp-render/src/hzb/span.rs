@@ -7,10 +7,12 @@ use super::{
     pyramid::{Levels, MAX_LEVELS},
 };
 
-pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
 pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
 /// Distance between two [`Span`]s in their buffer, bytes. No adapter requires a larger alignment of dynamic offsets.
 pub(super) const SPAN_STRIDE: u32 = 256;
+
+/// Number of invocations of a workgroup. Each invocation processes one [`Handle`](crate::run::Handle).
+pub(super) const LANES: u32 = 256;
 
 /// Number of counters at the beginning of `args`. They count hidden transparent polygons, polygons of the depth pass,
 /// and opaque polygons of the colour pass.
@@ -87,6 +89,15 @@ pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> Drawn
     };
     let drawn_transparent = transparent - word(0).min(transparent);
     DrawnCounts { first_pass: word(1), second_pass: drawn_transparent + word(2), ..known }
+}
+
+/// A [`Span`] in a uniform buffer, selected by a dynamic offset.
+pub(super) fn binding() -> wgpu::BindingType {
+    wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: true,
+        min_binding_size: wgpu::BufferSize::new(size_of::<Span>() as u64),
+    }
 }
 
 /// Yields each span with its offset in the buffer, bytes. `first` is the offset of the first span.

@@ -2,14 +2,14 @@ use std::ops::Range;
 
 use super::{
     DrawnCounts, HzbConfig,
-    buffers::{LANES, create, grow},
     jump::LastLook,
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
-    span::{COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
+    span::{COUNTERS, LANES, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
 use crate::{
     DrawOrder, Gpu, GpuOcclusion,
+    descriptors::{STORAGE, UNIFORM},
     gpu_scene::{CORNERS, GpuScene},
     read_ring::ReadRing,
     run::{CLUSTER, Handle},
@@ -17,7 +17,6 @@ use crate::{
 use osp::view::View;
 use osp_session::scene::Scene;
 
-/// State of culling by a hierarchical depth buffer for one view.
 #[derive(Debug)]
 pub(in super::super) struct HzbView {
     pub(super) config: HzbConfig,
@@ -73,7 +72,6 @@ pub(super) struct Buffers {
     pub(super) pyramid: wgpu::Buffer,
 }
 
-/// The bind groups of a view, and the resources that they bind.
 #[derive(Debug)]
 pub(super) struct Groups {
     pub(super) recall: wgpu::BindGroup,
@@ -90,24 +88,19 @@ pub(super) struct Groups {
 
 /// Size of the levels of the pyramid in the buffer of spans.
 const LEVEL_BYTES: u64 = MAX_LEVELS as u64 * SPAN_STRIDE as u64;
-const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
-
 impl HzbView {
     pub(in super::super) fn new(gpu: &Gpu) -> Self {
-        let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-        let args = STORAGE | wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_SRC;
-        let read = STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers = Buffers {
-            spans: create(gpu, "work", u64::from(SPAN_STRIDE) * 64, uniform),
-            params: create(gpu, "depth pyramid's levels", PARAMS_BYTES, uniform),
-            handles: create(gpu, "handles", 1 << 12, STORAGE),
-            kept: create(gpu, "kept polygons", 1 << 12, read),
-            candidates: create(gpu, "candidates", 1 << 12, STORAGE),
-            remembered: create(gpu, "remembered polygons", 1 << 12, STORAGE),
-            recalled: create(gpu, "recalled polygons", 1 << 12, STORAGE),
-            sums: create(gpu, "sums", 1 << 10, STORAGE),
-            args: create(gpu, "draw calls", 1 << 8, args),
-            pyramid: create(gpu, "depth pyramid", 4, read),
+            spans: gpu.buffer("work", u64::from(SPAN_STRIDE) * 64, UNIFORM),
+            params: gpu.buffer("depth pyramid's levels", PARAMS_BYTES, UNIFORM),
+            handles: gpu.buffer("handles", 1 << 12, STORAGE),
+            kept: gpu.buffer("kept polygons", 1 << 12, STORAGE),
+            candidates: gpu.buffer("candidates", 1 << 12, STORAGE),
+            remembered: gpu.buffer("remembered polygons", 1 << 12, STORAGE),
+            recalled: gpu.buffer("recalled polygons", 1 << 12, STORAGE),
+            sums: gpu.buffer("sums", 1 << 10, STORAGE),
+            args: gpu.buffer("draw calls", 1 << 8, STORAGE | wgpu::BufferUsages::INDIRECT),
+            pyramid: gpu.buffer("depth pyramid", 4, STORAGE),
         };
         let ring = ReadRing::new(gpu, buffers.args.size());
         Self {
@@ -172,20 +165,20 @@ impl HzbView {
         let of_chunk = self.chunks.iter().map(|span| u64::from(span.len()) * CLUSTER as u64).max();
         let candidate_words = self.chunks.len() as u64 + of_chunk.unwrap_or(0);
         let buffers = &mut self.buffers;
-        let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(CLUSTER) as u64 * 8);
+        let forgets = gpu.grow(&mut buffers.remembered, polygon_count.div_ceil(CLUSTER) as u64 * 8);
         let own_handles = if other.is_some() { &[] } else { handles };
-        self.has_levels &= !grow(gpu, &mut buffers.spans, LEVEL_BYTES + self.span_bytes.len() as u64);
-        let has_grown = grow(gpu, &mut buffers.handles, size_of_val(own_handles) as u64);
+        self.has_levels &= !gpu.grow(&mut buffers.spans, LEVEL_BYTES + self.span_bytes.len() as u64);
+        let has_grown = gpu.grow(&mut buffers.handles, size_of_val(own_handles) as u64);
         self.handles = other.map_or(&buffers.handles, |(other, _)| &other.handles).clone();
         let is_new = [
             !self.has_levels,
             has_grown,
-            grow(gpu, &mut buffers.kept, handles.len() as u64 * 8),
-            grow(gpu, &mut buffers.candidates, candidate_words * 4),
+            gpu.grow(&mut buffers.kept, handles.len() as u64 * 8),
+            gpu.grow(&mut buffers.candidates, candidate_words * 4),
             forgets,
-            grow(gpu, &mut buffers.recalled, u64::from(transparent.start) * 4),
-            grow(gpu, &mut buffers.sums, u64::from(sums) * 4),
-            grow(gpu, &mut buffers.args, self.args_words.len() as u64 * 4),
+            gpu.grow(&mut buffers.recalled, u64::from(transparent.start) * 4),
+            gpu.grow(&mut buffers.sums, u64::from(sums) * 4),
+            gpu.grow(&mut buffers.args, self.args_words.len() as u64 * 4),
         ];
         if is_new.contains(&true) {
             self.groups = None;
@@ -322,7 +315,6 @@ impl HzbView {
     }
 }
 
-/// Number of groups of a cluster that contain at least one polygon of the mask.
 fn groups_in(handle: &Handle, of_group: u32) -> u32 {
     let group = u64::MAX >> (CLUSTER as u32 - of_group);
     let firsts = (0..CLUSTER).step_by(of_group as usize);

@@ -3,37 +3,24 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::{HzbBound, HzbConfig};
-use crate::{Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig};
+use crate::{Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig, test_scene};
 use osp::{
     polygon::VisibleBlocks,
     view::{Projection, View},
 };
-use osp_session::{
-    recording::{Author, Event},
-    scene::Scene,
-};
+use osp_session::scene::Scene;
 
 const SIDE: u32 = 96;
 
-/// Nine squares side by side, close in front of a wall; none of them is hidden.
 fn squares_before_a_wall() -> Scene {
     let square = |center: Vec3, half_m: f32| {
-        let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
-        let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        Event::Polygon {
-            author: Author::SOLE,
-            t: 0.0,
-            stroke: None,
-            vertices,
-            color: (0.9, 0.2 * half_m, 0.3, 1.0),
-        }
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let corner = |(x, y)| center + Vec3::new(x, y, 0.0) * half_m;
+        (corners.map(corner).to_vec(), (0.9, 0.2 * half_m, 0.3, 1.0))
     };
     let squares =
         (0..9_u8).map(|i| square(Vec3::new(f32::from(i % 3) - 1.0, f32::from(i / 3) - 1.0, 0.0), 0.4));
-    let events: Vec<Event> = squares.chain([square(Vec3::new(0.0, 0.0, -0.2), 4.0)]).collect();
-    let mut scene = Scene::new();
-    scene.apply_all(&events, &mut Vec::new());
-    scene
+    test_scene::of(squares.chain([square(Vec3::new(0.0, 0.0, -0.2), 4.0)]))
 }
 
 /// The third frame of a view at rest. It is the first frame that recalls the results of a test.

@@ -20,7 +20,6 @@ use osp_session::{recording::Environment, scene::Scene};
 use shadow::Shadow;
 use surroundings::Surroundings;
 
-/// Resources for drawing the paint of brushes, for all views.
 #[derive(Debug)]
 pub(super) struct Paint {
     pub(super) pipelines: Pipelines,
@@ -44,14 +43,14 @@ impl Paint {
         let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("surroundings"),
             contents: bytemuck::bytes_of(&wanted),
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: descriptors::UNIFORM,
         });
         let materials = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("materials"),
             contents: bytemuck::cast_slice(&material::all()),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let bind_layout = layout(device);
+        let bind_layout = layout(gpu);
         let sampler = |label, along| {
             device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
@@ -72,14 +71,11 @@ impl Paint {
             wgpu::BindingResource::Sampler(&sampler("clamping", wgpu::AddressMode::ClampToEdge)),
             wgpu::BindingResource::TextureView(&textures),
         ];
-        let group = descriptors::bind_group(device, "paint", &bind_layout, &resources);
-        let module = descriptors::module(device, "painted", shaders::PAINTED);
+        let group = gpu.bind_group("paint", &bind_layout, &resources);
+        let module = gpu.module("painted", shaders::PAINTED);
         let shadow_layout = Shadow::layout(gpu);
-        let pipeline_layout = descriptors::pipeline_layout(
-            device,
-            "painted",
-            &[Some(view), Some(page), Some(&bind_layout), Some(&shadow_layout)],
-        );
+        let pipeline_layout = gpu
+            .pipeline_layout("painted", &[Some(view), Some(page), Some(&bind_layout), Some(&shadow_layout)]);
         let shader = Shader {
             module: &module,
             layout: &pipeline_layout,
@@ -88,12 +84,9 @@ impl Paint {
             fragments: ["fragment_solid", "fragment_additive", "fragment_transparent"],
             depth: ("vertex_cut", Some("fragment_cut")),
         };
-        let sky_layout = descriptors::pipeline_layout(
-            device,
-            "sky",
-            &[Some(view), None, Some(&bind_layout), Some(&shadow_layout)],
-        );
-        let pipeline = create_sky(device, &module, &sky_layout);
+        let sky_layout =
+            gpu.pipeline_layout("sky", &[Some(view), None, Some(&bind_layout), Some(&shadow_layout)]);
+        let pipeline = create_sky(gpu, &module, &sky_layout);
         let layouts = [view, page, &bind_layout];
         let shadow = Shadow::new(gpu, &module, shadow_layout, layouts, chunk_len);
         let is_shown = environment.is_some();
@@ -138,7 +131,7 @@ impl Paint {
     }
 }
 
-fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let uniform = descriptors::uniform(0);
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
@@ -147,18 +140,14 @@ fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let bindings = [uniform, uniform, texture, sampler, sampler, texture];
-    descriptors::bind_layout(device, "paint", &bindings.map(|ty| (wgpu::ShaderStages::VERTEX_FRAGMENT, ty)))
+    gpu.bind_layout("paint", &bindings.map(|ty| (wgpu::ShaderStages::VERTEX_FRAGMENT, ty)))
 }
 
-fn create_sky(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-) -> wgpu::RenderPipeline {
+fn create_sky(gpu: &Gpu, module: &wgpu::ShaderModule, layout: &wgpu::PipelineLayout) -> wgpu::RenderPipeline {
     // The sky is at the greatest distance, so it is hidden by pixels whose depth a pass without colours has written.
     let depth = Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false));
     let vertex = descriptors::vertex(module, "vertex_sky");
     let targets = [Some(COLOR_FORMAT.into())];
     let fragment = Some(descriptors::fragment(module, "fragment_sky", &targets));
-    descriptors::render_pipeline(device, "sky", Some(layout), vertex, depth, SAMPLES, fragment)
+    gpu.render_pipeline("sky", Some(layout), vertex, depth, SAMPLES, fragment)
 }

@@ -57,7 +57,7 @@ impl Shadow {
         let map = descriptors::texture(wgpu::TextureSampleType::Depth);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
         let bindings = [uniform, map, sampler].map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
-        descriptors::bind_layout(&gpu.device, "shadow", &bindings)
+        gpu.bind_layout("shadow", &bindings)
     }
 
     /// A map without any shadow. `layouts` are the layouts of a view, of a page of polygons and of the paint.
@@ -68,20 +68,14 @@ impl Shadow {
         layouts: [&wgpu::BindGroupLayout; 3],
         chunk_len: usize,
     ) -> Self {
-        let device = &gpu.device;
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("nearer"),
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,
             compare: Some(wgpu::CompareFunction::LessEqual),
             ..Default::default()
         });
-        let uniforms = descriptors::buffer(
-            device,
-            "shade",
-            size_of::<Shade>() as u64,
-            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        );
+        let uniforms = gpu.buffer("shade", size_of::<Shade>() as u64, descriptors::UNIFORM);
         let map = create_map(gpu, 1);
         let group = bind(gpu, &layout, &uniforms, &map, &sampler);
         let pipeline = create_pipeline(gpu, module, layouts, chunk_len);
@@ -229,7 +223,7 @@ impl LightSpace {
 
 fn create_map(gpu: &Gpu, side: u32) -> wgpu::TextureView {
     let usage = descriptors::DRAWN_AND_READ;
-    descriptors::image(&gpu.device, "shadow map", DEPTH_FORMAT, 1, usage, (side, side))
+    gpu.image("shadow map", DEPTH_FORMAT, 1, usage, (side, side))
 }
 
 fn bind(
@@ -239,8 +233,7 @@ fn bind(
     map: &wgpu::TextureView,
     sampler: &wgpu::Sampler,
 ) -> wgpu::BindGroup {
-    descriptors::bind_group(
-        &gpu.device,
+    gpu.bind_group(
         "shadow",
         layout,
         &[
@@ -257,7 +250,7 @@ fn create_pipeline(
     layouts: [&wgpu::BindGroupLayout; 3],
     chunk_len: usize,
 ) -> wgpu::RenderPipeline {
-    let layout = descriptors::pipeline_layout(&gpu.device, "shadow", &layouts.map(Some));
+    let layout = gpu.pipeline_layout("shadow", &layouts.map(Some));
     let constants = [("CHUNK_LEN", chunk_len as f64)];
     // The bias keeps a surface that is steep to the light from casting a shadow on itself. Both sides of a polygon cast
     // shadows.
@@ -265,8 +258,7 @@ fn create_pipeline(
         bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
         ..descriptors::depth(wgpu::CompareFunction::Less, true)
     };
-    descriptors::render_pipeline(
-        &gpu.device,
+    gpu.render_pipeline(
         "shadow",
         Some(&layout),
         descriptors::with_chunk_len(descriptors::vertex(module, "vertex_shadow"), &constants),

@@ -18,10 +18,8 @@ pub(crate) struct PartPass {
 
 impl PartPass {
     pub(crate) fn new(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Self {
-        let device = &gpu.device;
-        let module = descriptors::module(device, "painter", shaders::PAINTER);
-        let layout =
-            descriptors::pipeline_layout(device, "painter", &[Some(view_layout), Some(scene.layout())]);
+        let module = gpu.module("painter", shaders::PAINTER);
+        let layout = gpu.pipeline_layout("painter", &[Some(view_layout), Some(scene.layout())]);
         let constants = [("CHUNK_LEN", scene.chunk_len() as f64)];
         let corners = [Some(wgpu::VertexBufferLayout {
             array_stride: size_of::<PartCorner>() as u64,
@@ -29,8 +27,7 @@ impl PartPass {
             attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
         })];
         let vertex = wgpu::VertexState { buffers: &corners, ..descriptors::vertex(&module, "vertex_part") };
-        let pipeline = descriptors::render_pipeline(
-            device,
+        let pipeline = gpu.render_pipeline(
             "painter",
             Some(&layout),
             descriptors::with_chunk_len(vertex, &constants),

@@ -40,7 +40,6 @@ impl Painter {
 /// The reason why a painter draws nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum PainterError {
-    /// Too many polygons are in view.
     #[error(
         "{polygons} polygons are in view: a painter draws at most {MOST_POLYGONS}; look at an earlier frame or a part of the model"
     )]

@@ -76,7 +76,6 @@ impl BrushAtRest {
         self.brush.picture.is_some() || is_patterned
     }
 
-    /// Width and height of the texture, texels.
     pub fn side(&self) -> usize {
         if self.is_glaring() { GLARE_SIDE } else { SIDE }
     }
@@ -151,7 +150,6 @@ impl BrushAtRest {
         self.brush.picture.map_or([1.0; 4], |picture| picture.texel(u, v.clamp(0.0, 1.0)))
     }
 
-    /// Factor of the light by the emission gain.
     fn gain(&self) -> f32 {
         2.0 * (10.0 * self.brush.emission_gain).exp()
     }

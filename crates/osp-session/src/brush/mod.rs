@@ -72,7 +72,6 @@ pub enum Family {
     QuadStrip(Uv),
     /// A ribbon whose quads share their edges.
     Welded {
-        /// Mapping of textures along the ribbon.
         uv: Uv,
         shape: Outline,
     },
@@ -85,9 +84,7 @@ pub enum Family {
         caps: bool,
         /// Length of a cone divided by the radius.
         cap_aspect: f32,
-        /// Mapping of textures along the tube.
         uv: Uv,
-        /// Change of the radius along the tube.
         shape: TubeShape,
         /// Factor of [`TubeShape::Taper`].
         taper: f32,
@@ -96,7 +93,6 @@ pub enum Family {
         break_mult: f32,
     },
     Hull {
-        /// Whether facets are shaded flat instead of smooth.
         faceted: bool,
     },
     /// The convex hulls of every five consecutive samples.
@@ -179,7 +175,6 @@ pub enum Effect {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Brush {
-    /// Index of the brush in [`all`].
     #[serde(skip)]
     number: u16,
     pub name: String,
@@ -192,7 +187,6 @@ pub struct Brush {
     /// experimental.
     #[serde(default)]
     pub is_offered: bool,
-    /// The type of polygons that the samples become.
     pub family: Family,
     pub draw: Draw,
     pub lighting: Lighting,

@@ -64,7 +64,6 @@ impl Surface {
         of
     }
 
-    /// Whether the polygon is rotated to face the eye.
     pub fn is_facing(&self) -> bool {
         self.kind == Kind::Facing
     }

@@ -2,10 +2,8 @@ use std::io;
 
 use thiserror::Error;
 
-/// The reason why a model was not exported.
 #[derive(Debug, Error)]
 pub enum ExportError {
-    /// The file cannot be written.
     #[error(transparent)]
     Io(#[from] io::Error),
     /// The file would be larger than the format allows: its byte counts have 32 bits.

@@ -17,7 +17,6 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// A node of the exported file with its mesh.
 pub(super) struct Object {
     pub(super) name: String,
     pub(super) parts: BTreeMap<usize, Part>,

@@ -19,7 +19,6 @@ pub enum Objects {
 
 #[derive(Clone, Debug, Default)]
 pub struct ExportOptions {
-    /// The part of the session that becomes one object.
     pub objects: Objects,
     pub layer_names: Vec<String>,
     /// The times at which the polygons were drawn, if the file is to contain them.

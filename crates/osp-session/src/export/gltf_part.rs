@@ -85,13 +85,11 @@ impl Layout {
         self.values().map(|(_, attribute)| attribute)
     }
 
-    /// Size of a vertex, bytes.
     pub(super) fn stride(self) -> usize {
         self.values().map(|(bytes, _)| bytes).sum()
     }
 }
 
-/// The compressed vertices and indices of a part.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Packed {
     pub(super) vertices: Vec<u8>,

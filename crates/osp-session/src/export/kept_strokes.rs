@@ -11,13 +11,9 @@ use crate::{
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KeptPoint {
-    /// Time, seconds.
     pub(super) t: f64,
-    /// Position, metres.
     pub(super) p: Vec3,
-    /// Rotation from the tracker to world space.
     pub(super) q: Quat,
-    /// Pressure, 0 to 1.
     pub(super) pressure: f32,
 }
 
@@ -46,7 +42,6 @@ pub struct KeptStrokes {
 }
 
 impl KeptStrokes {
-    /// Processes the next event of the session.
     pub fn note(&mut self, event: &Event) {
         match event {
             Event::Point { t, stroke, p, q, pressure } => {

@@ -104,7 +104,6 @@ impl Layers {
         }
     }
 
-    /// Index of a layer in the file.
     pub(super) fn place(&self, number: u32) -> u32 {
         self.places.get(&number).copied().unwrap_or(0)
     }

@@ -41,7 +41,6 @@ pub(super) struct TiltStroke<'s> {
     scale: f32,
 }
 
-/// Brush, layer and group of a stroke in a file.
 pub(super) struct Place {
     pub(super) brush: u32,
     pub(super) layer: u32,
@@ -243,12 +242,5 @@ mod tests {
             units *= 1.0173;
         }
         assert_eq!(unscaled(-0.0, 1.0).to_bits(), (-0.0_f32).to_bits());
-    }
-
-    #[test]
-    fn guids_are_told_from_names() {
-        assert!(is_guid("2d35bcf0-e4d8-452c-97b1-3311be063130"));
-        assert!(!is_guid("Flat") && !is_guid("2d35bcf0-e4d8-452c-97b1-3311be06313x"));
-        assert!(!is_guid("2d35bcf0xe4d8-452c-97b1-3311be063130"));
     }
 }

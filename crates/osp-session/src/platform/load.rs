@@ -25,7 +25,6 @@ fn thread_cpu() -> Option<Duration> {
 }
 
 impl Load {
-    /// Call this before the work.
     pub fn begin() -> Begun {
         Begun(thread_cpu().map(|cpu| (Instant::now(), cpu)))
     }

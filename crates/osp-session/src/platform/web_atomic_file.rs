@@ -21,11 +21,8 @@ pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
     File(PathBuf),
-    /// A pipe or a device; never used, because a web page has none.
     Special(PathBuf),
-    /// Never used, like [`Destination::Special`].
     StandardOutput,
-    /// Never used, like [`Destination::Special`].
     StandardError,
 }
 
@@ -38,7 +35,6 @@ impl Destination {
     }
 }
 
-/// An unfinished output in memory.
 #[derive(Debug)]
 pub struct AtomicFile {
     path: PathBuf,
@@ -46,7 +42,6 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Starts an output. The target does not change until the commit.
     pub fn create(path: &Path) -> io::Result<Self> {
         Destination::of(path)?;
         Ok(Self { path: path.to_owned(), bytes: Vec::new() })
@@ -57,7 +52,6 @@ impl AtomicFile {
         Err(io::ErrorKind::Unsupported.into())
     }
 
-    /// Replaces the target by the output. Returns the size in bytes.
     pub fn commit(self) -> io::Result<Option<u64>> {
         let bytes = self.bytes.len() as u64;
         if !self.path.starts_with(USER_FOLDER) {
@@ -79,14 +73,12 @@ impl Write for AtomicFile {
     }
 }
 
-/// Writes a complete file, or does not change it.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     write(&mut file)?;
     file.commit().map(drop)
 }
 
-/// Opens an output that other code reads while it grows.
 pub fn open_stream(path: &Path) -> io::Result<fs::File> {
     fs::File::create(path)
 }

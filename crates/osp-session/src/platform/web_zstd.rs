@@ -16,7 +16,6 @@ use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 #[cfg(target_arch = "wasm32")]
 pub const DEFAULT_COMPRESSION_LEVEL: i32 = 3;
 
-/// Compression of whole buffers in memory.
 pub mod bulk {
     use super::{Decoder, Read, io};
 

@@ -7,7 +7,6 @@ use super::{Excess, Place};
 /// An error of a recording. Every message has the file, the position in the file and the expected form.
 #[derive(Debug, Error)]
 pub enum RecordingError {
-    /// The file could not be opened, read or written.
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: std::io::Error },
     /// A text file is damaged. Lines count from 1.
@@ -19,13 +18,13 @@ pub enum RecordingError {
     /// The session is larger than its [`Limits`](super::Limits) allow.
     #[error("{0}")]
     Limit(Box<Excess>),
-    /// The format of the file cannot be read.
     #[error("{}: expected {expected}; found {found}", path.display())]
     Unknown { path: PathBuf, expected: String, found: String },
 }
 
+pub(super) type Result<T, E = RecordingError> = std::result::Result<T, E>;
+
 impl RecordingError {
-    /// An input or output error of a file.
     pub fn io(path: &Path, cause: std::io::Error) -> Self {
         Self::Io { path: path.to_owned(), cause }
     }
@@ -48,7 +47,10 @@ impl Mismatch {
         RecordingError::Unknown { path: path.to_owned(), expected: self.expected, found: self.found }
     }
 
-    /// The error of a line of a text file.
+    pub(super) fn at_byte(self, path: &Path, offset: u64) -> RecordingError {
+        RecordingError::Byte { path: path.to_owned(), offset, expected: self.expected, found: self.found }
+    }
+
     pub(super) fn in_line(self, path: &Path, line: u64) -> RecordingError {
         RecordingError::Line { path: path.to_owned(), line, expected: self.expected, found: self.found }
     }

@@ -69,7 +69,6 @@ pub struct Reducer {
 }
 
 impl Reducer {
-    /// A reducer before the first message.
     pub fn new() -> Self {
         Self::default()
     }

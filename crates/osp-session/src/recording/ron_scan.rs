@@ -213,24 +213,9 @@ mod tests {
     fn numbers_have_the_bits_that_the_standard_library_reads() {
         // Numbers halfway between two f32, or so near that an f64 cannot distinguish them; the smallest and the longest
         // numbers.
-        let halfway = [
-            "16777217",
-            "16777217.000000000001",
-            "16777216.9999999",
-            "0.500000029802322",
-            "1.00000005960464",
-        ];
-        let others = [
-            "0",
-            "-0.0",
-            "0.1",
-            "-123456.789012345",
-            "999999999999999",
-            "1e-3",
-            "0.00000000000001",
-            "00012.5",
-        ];
-        halfway.iter().chain(&others).for_each(|text| same(text));
+        let halfway = "16777217 16777217.000000000001 16777216.9999999 0.500000029802322 1.00000005960464";
+        let others = "0 -0.0 0.1 -123456.789012345 999999999999999 1e-3 0.00000000000001 00012.5";
+        halfway.split(' ').chain(others.split(' ')).for_each(same);
         same(&format!("0.{}", "1".repeat(60)));
         same(&"9".repeat(25));
     }

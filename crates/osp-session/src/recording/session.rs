@@ -2,7 +2,6 @@ use std::path::Path;
 
 use super::{Event, EventSource, Header, OpenOptions, RecordingError, limited::Limited};
 
-/// An opened session: its header and its events.
 pub struct Session {
     pub header: Header,
     /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`, `glb`, `gltf`.

@@ -105,7 +105,6 @@ impl Tally {
         })
     }
 
-    /// The first exceeded limit, and its name.
     pub fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
         self.read.excess(limits)
     }

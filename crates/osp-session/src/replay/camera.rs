@@ -99,7 +99,6 @@ impl ArtistSide {
     /// Number of samples that count as the beginning: a few strokes, half a minute of continuous drawing.
     const BEGINNING: u32 = 1_000;
 
-    /// Processes the next event of a session.
     pub fn note(&mut self, event: &Event) {
         self.moment.note(event);
         let is_sample = matches!(event, Event::Point { .. } | Event::Polygon { .. });

@@ -17,7 +17,6 @@ pub struct SetFingerprint {
 }
 
 impl SetFingerprint {
-    /// The fingerprint of some polygons.
     pub fn of(ids: impl IntoIterator<Item = PolygonId>) -> Self {
         // Each id is hashed first, so that sets with equal sums of ids differ. The hash is the finaliser of Steele, Lea
         // and Flood, "Fast splittable pseudorandom number generators", 2014.
@@ -61,7 +60,6 @@ pub struct SessionFingerprint {
 }
 
 impl SessionFingerprint {
-    /// The fingerprint of a session without frames.
     pub fn new() -> Self {
         Self::default()
     }

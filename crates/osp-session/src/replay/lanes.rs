@@ -128,7 +128,6 @@ pub struct Replay<I> {
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
-    /// A replay before the first frame.
     pub fn new(player: Player<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
         let outcomes = vec![None; lanes.len()];
         let (views, rig_views) = (Vec::new(), Vec::new());
@@ -173,7 +172,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         Ok(Some(&self.outcomes))
     }
 
-    /// The model after the last frame.
     pub fn scene(&self) -> &Scene {
         self.player.scene()
     }
@@ -202,7 +200,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.load
     }
 
-    /// Number of frames played so far.
     pub fn frames(&self) -> u64 {
         self.player.frames()
     }

@@ -129,7 +129,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         read
     }
 
-    /// The model after the last frame.
     pub fn scene(&self) -> &Scene {
         &self.state.scene
     }

@@ -64,7 +64,6 @@ pub struct RigPath {
 }
 
 impl RigPath {
-    /// The views before the first frame.
     pub fn new(rig: Rig, stereo: Stereo, motion: RoomMotion) -> Self {
         Self { rig, stereo, motion, place: None, keeps_in_front: false }
     }
@@ -79,7 +78,6 @@ impl RigPath {
         &self.rig
     }
 
-    /// Arrangement of the pictures for the two eyes.
     pub fn stereo(&self) -> Stereo {
         self.stereo
     }

@@ -63,7 +63,6 @@ pub struct Output {
     /// The monitor: its name in the system, or its number from 1. Monitors are numbered from left to right, then from
     /// top to bottom.
     pub monitor: String,
-    /// The part of the monitor that shows the screen.
     #[serde(default, skip_serializing_if = "crate::is_default")]
     pub viewport: Viewport,
     #[serde(default, skip_serializing_if = "crate::is_default")]

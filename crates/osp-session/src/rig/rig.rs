@@ -29,7 +29,6 @@ const SQUARE: f32 = 1.0e-3;
 
 #[derive(Debug, Error)]
 pub enum RigError {
-    /// The file cannot be read.
     #[error("{path}: {cause}")]
     Io { path: String, cause: std::io::Error },
     #[error("no rig is called `{0}`, and there is no such file: expected {shipped} or a file that describes a rig", shipped = Rig::shipped().collect::<Vec<_>>().join(", "))]
@@ -130,7 +129,6 @@ pub struct Rig {
     /// Distance between the eyes, metres.
     #[serde(default = "usual_eye_separation_m")]
     pub eye_separation_m: f32,
-    /// Arrangement of the pictures for the two eyes.
     #[serde(default)]
     pub stereo: Stereo,
     /// Position of the head until a tracker sends one, room space.

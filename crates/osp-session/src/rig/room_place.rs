@@ -47,7 +47,6 @@ impl RoomPlace {
         self.head_in_world + rotate(Self::turn(self.half_turn, Quat::IDENTITY), p - self.head_in_room)
     }
 
-    /// Transforms a rotation from room space to world space.
     pub fn turn_to_world(&self, room_from_it: Quat) -> Quat {
         Self::turn(self.half_turn, room_from_it)
     }
@@ -57,7 +56,6 @@ impl RoomPlace {
         self.head_in_room + rotate(Self::turn(self.back(), Quat::IDENTITY), p - self.head_in_world)
     }
 
-    /// Transforms a rotation from world space to room space.
     pub fn turn_to_room(&self, world_from_it: Quat) -> Quat {
         Self::turn(self.back(), world_from_it)
     }

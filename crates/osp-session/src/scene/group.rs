@@ -90,7 +90,6 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Box of all polygons that were in a group while it moved as a whole, in the group's space.
     pub(super) fn reach(&self, group: usize) -> Aabb {
         self.groups[group].reach
     }
@@ -127,10 +126,6 @@ impl Groups {
         std::mem::replace(&mut self.groups[group].name, name)
     }
 
-    pub(super) fn children(&self, group: usize) -> impl Iterator<Item = usize> + '_ {
-        self.groups[group].children.iter().copied()
-    }
-
     /// The children of a group, or the groups without a parent, by order of creation.
     pub(super) fn below(&self, group: Option<usize>) -> Vec<usize> {
         match group {
@@ -139,7 +134,6 @@ impl Groups {
         }
     }
 
-    /// Whether a group moves as a whole.
     pub(super) fn is_whole(&self, group: Option<usize>) -> bool {
         group.is_some_and(|group| self.groups[group].is_whole)
     }
@@ -216,12 +210,29 @@ impl Groups {
         true
     }
 
+    /// Sets the parent of a group, if possible. Returns whether the group has this parent.
     pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
+        let before = self.parent(group);
+        let is_linked = self.try_link(group, parent);
+        self.note_parent(group, before);
+        is_linked
+    }
+
+    /// Does the same as [`Groups::try_hang`] within [`Groups::rearrange`].
+    pub(super) fn try_link(&mut self, group: usize, parent: Option<usize>) -> bool {
         let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
         if can {
-            self.set_parent(group, parent);
+            self.link(group, parent);
         }
         can
+    }
+
+    /// Removes the parents of groups, lets `link` link them again, and marks the groups whose parents have changed.
+    pub(super) fn rearrange(&mut self, of: impl Iterator<Item = usize>, link: impl FnOnce(&mut Self)) {
+        let before: Vec<(usize, Option<usize>)> = of.map(|group| (group, self.parent(group))).collect();
+        before.iter().for_each(|&(group, _)| self.link(group, None));
+        link(self);
+        before.into_iter().for_each(|(group, before)| self.note_parent(group, before));
     }
 
     /// Finds or creates the group with this number. `None` if it cannot get the parent `parent`, because of a cycle or
@@ -263,6 +274,21 @@ impl Groups {
     }
 
     pub(super) fn set_parent(&mut self, group: usize, parent: Option<usize>) {
+        let before = self.parent(group);
+        self.link(group, parent);
+        self.note_parent(group, before);
+    }
+
+    fn note_parent(&mut self, group: usize, before: Option<usize>) {
+        let parent = self.parent(group);
+        if parent != before {
+            self.note_stale(before);
+            self.note_stale(parent);
+            self.note_moved(group);
+        }
+    }
+
+    fn link(&mut self, group: usize, parent: Option<usize>) {
         let before = std::mem::replace(&mut self.groups[group].parent, parent);
         if before == parent {
             return;
@@ -276,9 +302,6 @@ impl Groups {
             self.groups[parent].children.insert(group);
             self.follow_height(parent, None, Some(height));
         }
-        self.note_stale(before);
-        self.note_stale(parent);
-        self.note_moved(group);
     }
 
     /// Updates heights after a child of `group` has changed from height `was` to height `is`. If the child was added,
@@ -303,7 +326,6 @@ impl Groups {
         }
     }
 
-    /// The layers of a group's direct members.
     pub(super) fn layers(&self, group: usize) -> impl Iterator<Item = u32> + '_ {
         self.groups[group].layers.keys().copied()
     }

@@ -11,7 +11,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::edit::{Arrangement, Named, Parent, Translation};
+use super::edit::{Arrangement, Named, Translation};
 use crate::recording::Transform;
 
 /// The log of arrangements; see the [module](self).
@@ -171,12 +171,9 @@ impl Log {
         self.next
     }
 
-    /// The group whose parent an active arrangement sets, and that parent.
-    pub(super) fn new_parent(&self, at: u64) -> Option<(usize, Parent)> {
-        match self.active.get(&at)? {
-            Arrangement::Group(grouping) => Some((grouping.group, grouping.new_parent?)),
-            _ => None,
-        }
+    /// Whether an active arrangement sets a parent.
+    pub(super) fn sets_parent(&self, at: u64) -> bool {
+        matches!(self.active.get(&at), Some(Arrangement::Group(of)) if of.new_parent.is_some())
     }
 
     /// Computes the offsets of strokes after their move is undone or redone. `now` returns a stroke's current offset.

@@ -16,13 +16,11 @@ use osp::{
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
     pub(super) color: (f32, f32, f32, f32),
-    /// The brush; `None` if the recording names no known brush.
     pub(super) brush: Option<&'static Brush>,
     /// Largest distance by which the brush's animation may move polygons out of their boxes, metres, in the stroke's
     /// own space.
     pub(super) padding_m: f32,
     pub(super) layer: u32,
-    /// Whether the stroke is hidden.
     pub(super) is_hidden: bool,
     /// Whether the stroke was hidden at its beginning. An event that hides or shows the stroke's layer takes
     /// precedence.

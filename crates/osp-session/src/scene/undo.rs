@@ -64,10 +64,10 @@ impl Scene {
                 }
                 Edit::Arrange { at, .. } => {
                     let mut hangs = false;
-                    if let Some((group, parent)) = self.log.new_parent(*at) {
+                    if self.log.sets_parent(*at) {
                         self.parents.settle(&mut self.groups);
-                        hangs = self.parents.holds(*at, group);
-                        self.parents.forget(&self.groups, *at, group, parent);
+                        hangs = self.parents.holds(*at);
+                        self.parents.forget(*at);
                     }
                     for (stroke, offset) in self.log.forget(*at, hangs) {
                         self.set_offset(stroke, offset);
@@ -131,7 +131,6 @@ impl Scene {
         self.author_mut(author).history = history;
     }
 
-    /// Does the same for all authors.
     pub(super) fn catch_up_all(&mut self) {
         while let Some(&author) = self.behind.first() {
             self.catch_up(author);
@@ -153,7 +152,6 @@ impl Scene {
         }
     }
 
-    /// Undoes or redoes an arrangement.
     fn set_state(&mut self, at: u64, state: State) {
         let mut what = self.log.take(at);
         self.looked_at += u64::from(what.named());

@@ -29,11 +29,6 @@ impl UsedNumbers {
         }
         self.rows.insert(first, last);
     }
-
-    #[cfg(test)]
-    fn row_count(&self) -> usize {
-        self.rows.len()
-    }
 }
 
 #[cfg(test)]
@@ -49,6 +44,6 @@ mod tests {
         let is_in = |number: u32| used.contains(number);
         assert_eq!([0, 1, 5, 6, 7, u32::MAX - 1, u32::MAX].map(is_in), [true; 7]);
         assert_eq!([2, 4, 8, u32::MAX - 2].map(is_in), [false; 4]);
-        assert_eq!(used.row_count(), 3);
+        assert_eq!(used.rows.len(), 3);
     }
 }

@@ -47,7 +47,6 @@ impl HullBuilder {
         }
     }
 
-    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let is_first = !std::mem::replace(&mut self.has_begun, true);
         let Some(step) = self.knots.push(sample, drops) else {

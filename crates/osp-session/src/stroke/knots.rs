@@ -73,7 +73,6 @@ impl Knots {
         Self { is_smooth: false, ..self }
     }
 
-    /// The last kept sample.
     pub(super) fn last(&self) -> Option<&Knot> {
         self.last.as_ref()
     }

@@ -57,7 +57,6 @@ impl ParticlesBuilder {
         }
     }
 
-    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some((last, number)) = self.last else {
             let lone = Lone { place: out.len(), position: sample.position, pressure: sample.pressure };

@@ -130,7 +130,6 @@ impl Quad {
 }
 
 impl QuadStripBuilder {
-    /// A ribbon without samples.
     pub fn new(settings: StrokeSettings, brush: &'static Brush, uv: Uv) -> Self {
         Self {
             brush,

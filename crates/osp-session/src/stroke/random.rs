@@ -43,20 +43,3 @@ impl Random {
         self.on_sphere(salt) * libm::cbrtf(self.unit(salt.wrapping_add(2)))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_spread_evenly_and_always_the_same() {
-        let random = Random::new(7);
-        let mean = (0..1000).map(|salt| random.unit(salt)).sum::<f32>() / 1000.0;
-        assert!((mean - 0.5).abs() < 0.03, "{mean}");
-        for salt in 0..200 {
-            assert_eq!(random.unit(salt).to_bits(), Random::new(7).unit(salt).to_bits());
-            assert!((random.on_sphere(salt).length() - 1.0).abs() < 1.0e-5);
-            assert!(random.in_ball(salt).length() <= 1.0 && random.around_zero(salt, 2.0).abs() <= 2.0);
-        }
-    }
-}

@@ -7,7 +7,6 @@ use crate::{
 pub struct StrokeSettings {
     /// The brush. If `None`, `tool` determines the polygons.
     pub brush: Option<&'static Brush>,
-    /// The tool, which determines the polygons of a stroke without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
     pub width_m: f32,

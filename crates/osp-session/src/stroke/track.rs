@@ -105,7 +105,6 @@ impl Track {
         Some(first)
     }
 
-    /// Removes all nodes from index `len` on.
     pub(super) fn truncate(&mut self, len: usize) {
         self.nodes.truncate(len);
         self.kept = self.kept.min(len);

@@ -28,7 +28,6 @@ impl TubeBuilder {
         Self { settings, last: None, ring: None, side: None }
     }
 
-    /// Processes a sample and appends the piece of the tube from the previous sample.
     pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         let Some(last) = self.last else {
             self.last = Some(sample);
@@ -55,7 +54,6 @@ impl TubeBuilder {
         (self.last, self.ring, self.side) = (Some(sample), Some(next), Some(side));
     }
 
-    /// Appends the cap at the end.
     pub fn finish(&mut self, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         if let Some(ring) = self.ring.take() {
             split_into_convex(&ring, out, drops);

@@ -150,7 +150,6 @@ impl TubeBrushBuilder {
         })
     }
 
-    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops) else {
             if let (true, Some(first)) = (self.line.is_empty(), self.knots.last()) {

@@ -58,7 +58,6 @@ impl Link {
 }
 
 impl WeldedBuilder {
-    /// A flat ribbon without samples.
     pub fn new(settings: StrokeSettings, brush: &'static Brush, uv: Uv, shape: Outline) -> Self {
         let section = match shape {
             Outline::Plain => Section::Flat,
@@ -195,7 +194,6 @@ impl WeldedBuilder {
         last.map_or(self.links.len(), |link| link.start.saturating_sub(self.forgotten))
     }
 
-    /// The length of the last segment.
     fn length_m(&self) -> f32 {
         self.links.iter().rev().find(|link| link.is_linked).map_or(0.0, |link| link.along_m[1])
     }

@@ -13,15 +13,14 @@
 //! brush without a counterpart becomes a plain ribbon, and the header lists it.
 
 use std::collections::BTreeMap;
-use std::io::{BufReader, Read};
 use std::sync::LazyLock;
 
 use super::bytes::ByteReader;
 use super::session_name::session_name;
-use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
+use super::strokes::{Sample, StrokeFormat, StrokeHead, StrokeStream};
 use crate::{
     brush::{self, Brush},
-    recording::{Header, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input},
+    recording::{Header, NormalRule, OpenOptions, Paint, Session, error::Result, input::Input},
 };
 
 /// The first bytes of a file: the length of a string, and the string.
@@ -44,27 +43,17 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 ///
 /// # Errors
 /// The file cannot be read, or its header is damaged.
-pub(in crate::recording) fn open_apa(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(crate) fn open_apa(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
-    let mut bytes = open_bytes(input)?;
+    let mut bytes = ByteReader::open(input)?;
     let (names, strokes) = read_head(&mut bytes)?;
     let (full_pressure, used) = first_pass(input);
     let mut header = Header::new(session_name(path), "A-Painter");
     header.left_out.extend(without_counterpart(&names, &used));
     let brushes = names.iter().map(|name| NEAREST.get(name).and_then(|name| brush::find(name))).collect();
     let format = Apa { full_pressure, brushes, ..Apa::default() };
-    let stream = StrokeStream::new(format, bytes, strokes, OnDamage::of(options.lenient), Vec::new());
+    let stream = StrokeStream::new(format, bytes, strokes, options.lenient, Vec::new());
     Ok(Session::new(header, "apa", Box::new(stream), path, options))
-}
-
-fn open_bytes(input: Input<'_>) -> Result<ByteReader, RecordingError> {
-    let path = input.path;
-    let file = input.open().map_err(|error| RecordingError::io(path, error))?;
-    let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
-    Ok(ByteReader::new(path.to_owned(), reader))
 }
 
 /// Lists, as text, the used brushes that have no counterpart and are drawn as plain ribbons.
@@ -84,7 +73,7 @@ fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
 }
 
 /// Reads everything before the strokes: the brushes' names, and the number of strokes.
-fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingError> {
+fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32)> {
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `apainter`")?;
     if magic != MAGIC {
@@ -93,11 +82,8 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
     let at = bytes.offset;
     let version = bytes.u16("the version")?;
     if version != VERSION {
-        return Err(bytes.expected_at(
-            at,
-            format_args!("version {VERSION}"),
-            format_args!("version {version}"),
-        ));
+        let expected = format_args!("version {VERSION}");
+        return Err(bytes.expected_at(at, expected, format_args!("version {version}")));
     }
     let mut names = Vec::new();
     for _ in 0..bytes.u8("the number of brushes")? {
@@ -112,8 +98,8 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
 /// of 2, others of 1, so the file is read twice. This first pass stops at any damage, and the second pass reports it.
 fn first_pass(input: Input<'_>) -> (f32, [bool; 256]) {
     let (mut full, mut used) = (1.0_f32, [false; 256]);
-    let mut scan = || -> Result<(), RecordingError> {
-        let mut bytes = open_bytes(input)?;
+    let mut scan = || -> Result<()> {
+        let mut bytes = ByteReader::open(input)?;
         let mut format = Apa::default();
         for _ in 0..read_head(&mut bytes)?.1 {
             let head = format.read_stroke(&mut bytes)?;
@@ -158,7 +144,7 @@ impl StrokeFormat for Apa {
     const NORMAL: NormalRule = NormalRule::SideX;
     const THINNEST: f32 = 0.0;
 
-    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError> {
+    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead> {
         self.brush = bytes.u8("a stroke's brush")?;
         let color = [bytes.f32("red")?, bytes.f32("green")?, bytes.f32("blue")?, 1.0];
         let width_m = bytes.f32("the brush's size")? * self.full_pressure;
@@ -168,7 +154,7 @@ impl StrokeFormat for Apa {
         Ok(StrokeHead { paint, width_m, color, points })
     }
 
-    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {
+    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample> {
         let (p, q) = bytes.pose("a point's position and orientation")?;
         let pressure = bytes.f32("a point's pressure")? / self.full_pressure;
         let pressure = self.nearest().map_or(pressure, |brush| pressure_for(brush, pressure));

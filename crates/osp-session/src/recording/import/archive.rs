@@ -12,9 +12,9 @@ use zip::read::{ArchiveOffset, Config};
 use zip::{CompressionMethod, ZipArchive};
 
 use super::bytes::ByteReader;
-use super::strokes::OnDamage;
 use crate::recording::{
     Limits, RecordingError,
+    error::{Mismatch, Result},
     input::{Input, InputFile},
     unpacked::Unpacked,
 };
@@ -55,11 +55,7 @@ pub(super) struct Archive {
 
 impl Archive {
     /// Finds the entries of the archive that begins at byte `zip_start` of `input`.
-    pub(super) fn open(
-        input: Input<'_>,
-        zip_start: u64,
-        on_damage: OnDamage,
-    ) -> Result<Self, RecordingError> {
+    pub(super) fn open(input: Input<'_>, zip_start: u64, is_lenient: bool) -> Result<Self> {
         let path = input.path;
         let file = input.open().map_err(|error| RecordingError::io(path, error))?;
         let mut file = BufReader::new(file);
@@ -67,7 +63,7 @@ impl Archive {
             Ok(entries) => return Ok(Self { entries, warning: None }),
             Err(why) => why,
         };
-        if on_damage == OnDamage::Note {
+        if is_lenient {
             let entries =
                 local_headers(&mut file, zip_start).map_err(|error| RecordingError::io(path, error))?;
             let warning = format!(
@@ -76,12 +72,7 @@ impl Archive {
             );
             return Ok(Self { entries, warning: Some(warning) });
         }
-        Err(RecordingError::Byte {
-            path: path.to_owned(),
-            offset: zip_start,
-            expected: "a zip archive that is whole".to_owned(),
-            found: why,
-        })
+        Err(Mismatch::new("a zip archive that is whole", why).at_byte(path, zip_start))
     }
 
     pub(super) fn find(&self, names: &[&str]) -> Option<&Entry> {
@@ -90,16 +81,12 @@ impl Archive {
 }
 
 impl Entry {
-    pub(super) fn read(&self, input: Input<'_>, limits: &Limits) -> Result<ByteReader, RecordingError> {
+    pub(super) fn read(&self, input: Input<'_>, limits: &Limits) -> Result<ByteReader> {
         let path = input.path;
         let entry_path = path.join(&self.name);
-        let refuse = |expected: &str, found: String| RecordingError::Unknown {
-            path: entry_path.clone(),
-            expected: expected.to_owned(),
-            found,
-        };
+        let refuse = |expected: &str, found: &str| Mismatch::new(expected, found).in_file(&entry_path);
         if self.encrypted {
-            return Err(refuse("an entry that is not encrypted", "an encrypted one".to_owned()));
+            return Err(refuse("an entry that is not encrypted", "an encrypted one"));
         }
         let packed = || -> io::Result<_> {
             let mut file = input.open()?;
@@ -114,7 +101,7 @@ impl Entry {
                 let unpacked = Unpacked::new(DeflateDecoder::new(packed), self.packed_bytes, limits);
                 Box::new(BufReader::new(unpacked))
             }
-            Packing::Other(name) => return Err(refuse("an entry that is stored or deflated", name.clone())),
+            Packing::Other(name) => return Err(refuse("an entry that is stored or deflated", name)),
         };
         Ok(ByteReader::new(entry_path, reader).with_checksum(self.crc))
     }

@@ -1,16 +1,20 @@
 use std::fmt::Display;
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::Crc;
 use glam::{Quat, Vec3};
 
-use crate::recording::{Place, RecordingError, unpacked};
+use crate::recording::{
+    Place, RecordingError,
+    error::{Mismatch, Result},
+    input::Input,
+    unpacked,
+};
 
 /// A reader of little-endian values from a stream. Errors state the position of the missing value.
 pub(super) struct ByteReader {
     path: PathBuf,
-    /// Number of bytes read so far.
     pub(super) offset: u64,
     reader: Box<dyn Read + Send>,
     checksum: Option<(Crc, u32)>,
@@ -20,6 +24,11 @@ impl ByteReader {
     /// Creates a reader. `reader` must be at the start of `path`, a file, or an archive's entry as `FILE/ENTRY`.
     pub(super) fn new(path: PathBuf, reader: Box<dyn Read + Send>) -> Self {
         Self { path, offset: 0, reader, checksum: None }
+    }
+
+    pub(super) fn open(input: Input<'_>) -> Result<Self> {
+        let file = input.open().map_err(|error| RecordingError::io(input.path, error))?;
+        Ok(Self::new(input.path.to_owned(), Box::new(BufReader::new(file))))
     }
 
     /// Sets the CRC-32 of the whole contents, which [`Self::expect_end`] checks.
@@ -33,7 +42,7 @@ impl ByteReader {
     }
 
     /// Fills `buffer`. In the error, `what` names the value.
-    pub(super) fn fill(&mut self, buffer: &mut [u8], what: &str) -> Result<(), RecordingError> {
+    pub(super) fn fill(&mut self, buffer: &mut [u8], what: &str) -> Result<()> {
         if let Err(error) = self.reader.read_exact(buffer) {
             let wanted = format!("{what} ({} bytes)", buffer.len());
             return Err(self.read_error(error, &wanted));
@@ -45,26 +54,26 @@ impl ByteReader {
         Ok(())
     }
 
-    pub(super) fn u8(&mut self, what: &str) -> Result<u8, RecordingError> {
+    pub(super) fn u8(&mut self, what: &str) -> Result<u8> {
         let mut bytes = [0];
         self.fill(&mut bytes, what)?;
         Ok(bytes[0])
     }
 
-    pub(super) fn u16(&mut self, what: &str) -> Result<u16, RecordingError> {
+    pub(super) fn u16(&mut self, what: &str) -> Result<u16> {
         let mut bytes = [0; 2];
         self.fill(&mut bytes, what)?;
         Ok(u16::from_le_bytes(bytes))
     }
 
-    pub(super) fn u32(&mut self, what: &str) -> Result<u32, RecordingError> {
+    pub(super) fn u32(&mut self, what: &str) -> Result<u32> {
         let mut bytes = [0; 4];
         self.fill(&mut bytes, what)?;
         Ok(u32::from_le_bytes(bytes))
     }
 
     /// A count, which the format stores as a signed number.
-    pub(super) fn count(&mut self, what: &str) -> Result<u32, RecordingError> {
+    pub(super) fn count(&mut self, what: &str) -> Result<u32> {
         let at = self.offset;
         let count = self.u32(what)?;
         if count > i32::MAX as u32 {
@@ -73,12 +82,12 @@ impl ByteReader {
         Ok(count)
     }
 
-    pub(super) fn f32(&mut self, what: &str) -> Result<f32, RecordingError> {
+    pub(super) fn f32(&mut self, what: &str) -> Result<f32> {
         Ok(f32::from_bits(self.u32(what)?))
     }
 
     /// A position (three floats) and a quaternion (x, y, z, w), in the axes of the file.
-    pub(super) fn pose(&mut self, what: &str) -> Result<(Vec3, Quat), RecordingError> {
+    pub(super) fn pose(&mut self, what: &str) -> Result<(Vec3, Quat)> {
         let mut bytes = [0; 28];
         self.fill(&mut bytes, what)?;
         let mut f = [0.0; 7];
@@ -89,7 +98,7 @@ impl ByteReader {
     }
 
     /// Skips `count` bytes with little memory.
-    pub(super) fn skip(&mut self, count: u64, what: &str) -> Result<(), RecordingError> {
+    pub(super) fn skip(&mut self, count: u64, what: &str) -> Result<()> {
         let mut chunk = [0; 512];
         let mut left = count;
         while left > 0 {
@@ -101,7 +110,7 @@ impl ByteReader {
     }
 
     /// Reads all bytes up to the end. More than `most` bytes are an error, in which `what` names the contents.
-    pub(super) fn rest(&mut self, most: u64, what: &str) -> Result<Vec<u8>, RecordingError> {
+    pub(super) fn rest(&mut self, most: u64, what: &str) -> Result<Vec<u8>> {
         let mut all = Vec::new();
         if let Err(error) = (&mut self.reader).take(most + 1).read_to_end(&mut all) {
             return Err(self.read_error(error, what));
@@ -117,7 +126,7 @@ impl ByteReader {
     }
 
     /// Checks that no byte follows, and that the checksum matches if there is one.
-    pub(super) fn expect_end(&mut self, after: impl Display) -> Result<(), RecordingError> {
+    pub(super) fn expect_end(&mut self, after: impl Display) -> Result<()> {
         let mut byte = [0];
         let found = loop {
             match self.reader.read(&mut byte) {
@@ -145,18 +154,8 @@ impl ByteReader {
         self.expected_at(self.offset, expected, found)
     }
 
-    pub(super) fn expected_at(
-        &self,
-        offset: u64,
-        expected: impl Display,
-        found: impl Display,
-    ) -> RecordingError {
-        RecordingError::Byte {
-            path: self.path.clone(),
-            offset,
-            expected: expected.to_string(),
-            found: found.to_string(),
-        }
+    pub(super) fn expected_at(&self, at: u64, expected: impl Display, found: impl Display) -> RecordingError {
+        Mismatch::new(expected.to_string(), found.to_string()).at_byte(&self.path, at)
     }
 
     /// Converts the error of a read. It is damage if the data end too early or cannot be decompressed, else a system

@@ -28,8 +28,8 @@ use super::{
     session_name::session_name,
 };
 use crate::recording::{
-    Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError, Session,
-    StrokeId, Tool, input::Input,
+    Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, Session, StrokeId, Tool,
+    error::Result, input::Input,
 };
 use osp::math::rotate;
 
@@ -55,10 +55,7 @@ const DELETE_STROKE: i64 = 2;
 ///
 /// # Errors
 /// A file cannot be read or (unless lenient) is damaged.
-pub(in crate::recording) fn open_cassie(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(crate) fn open_cassie(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut warnings = Vec::new();
     let first = cassie_json::read(input, options, &mut warnings)?;
@@ -238,7 +235,7 @@ struct Cassie {
 }
 
 impl EventSource for Cassie {
-    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn next_event(&mut self) -> Result<Option<Event>> {
         Ok(self.events.next())
     }
 

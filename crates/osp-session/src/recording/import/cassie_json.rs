@@ -7,7 +7,7 @@ use serde::{Deserialize, de};
 
 use crate::recording::{
     OpenOptions, Place, RecordingError,
-    error::{Mismatch, beyond},
+    error::{Mismatch, Result, beyond},
     input::Input,
 };
 use osp::math::COORDINATE_LIMIT_M;
@@ -114,11 +114,7 @@ impl From<RotationForm> for Rotation {
 }
 
 /// Reads a sketch history or raw data. A lenient reader skips damaged parts and adds a line for each to `warnings`.
-pub(super) fn read(
-    input: Input<'_>,
-    options: &OpenOptions,
-    warnings: &mut Vec<String>,
-) -> Result<Document, RecordingError> {
+pub(super) fn read(input: Input<'_>, options: &OpenOptions, warnings: &mut Vec<String>) -> Result<Document> {
     let path = input.path;
     let io = |error| RecordingError::io(path, error);
     let file = input.open().map_err(io)?;

@@ -3,15 +3,15 @@ use std::path::Path;
 use super::{
     apa, gltf, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, tilt, tilt_layout,
 };
-use crate::recording::{OpenOptions, RecordingError, Session, input::Input};
+use crate::recording::{OpenOptions, Session, error::Result, input::Input};
 
-pub(in crate::recording) const FORMATS: &[&str] =
+pub(crate) const FORMATS: &[&str] =
     &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
-type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session, RecordingError>;
+type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session>;
 
 /// The reader for a folder, or for a file that starts with the magic bytes of a binary format.
-pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
+pub(crate) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
     if input.is_folder() {
         tilt::is_tilt_folder(input).then_some(open_tilt)
     } else if start.starts_with(tilt_layout::MAGIC) {
@@ -26,7 +26,7 @@ pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Op
 }
 
 /// The reader for a text file, by the file's name, or by its contents if these look like JSON.
-pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
+pub(crate) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     // Text may be compressed with gzip. A file that has the name of a binary format, but gets here, has damaged magic
     // bytes. The format's reader reports the damage.

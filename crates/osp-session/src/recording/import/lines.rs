@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use flate2::read::MultiGzDecoder;
 
-use super::strokes::OnDamage;
 use crate::recording::{
     Notes, OpenOptions, Place, RecordingError,
-    error::Mismatch,
+    error::{Mismatch, Result},
     input::Input,
     unpacked::{self, Unpacked},
 };
@@ -23,7 +22,7 @@ pub(super) struct LineReader {
     reader: Box<dyn BufRead + Send>,
     line: u64,
     text: Vec<u8>,
-    on_damage: OnDamage,
+    is_lenient: bool,
     pub(super) notes: Notes,
     done: bool,
 }
@@ -32,7 +31,7 @@ impl LineReader {
     /// Longest line that is read, bytes. A face of 1024 corners, the longest valid line, takes about 24 KiB.
     pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
 
-    pub(super) fn open(input: Input<'_>, options: &OpenOptions) -> Result<Self, RecordingError> {
+    pub(super) fn open(input: Input<'_>, options: &OpenOptions) -> Result<Self> {
         let path = input.path;
         let open = || -> io::Result<Box<dyn BufRead + Send>> {
             let mut file = input.open()?;
@@ -52,7 +51,7 @@ impl LineReader {
             reader,
             line: 0,
             text: Vec::new(),
-            on_damage: OnDamage::of(options.lenient),
+            is_lenient: options.lenient,
             notes: Notes::default(),
             done: false,
         })
@@ -67,7 +66,7 @@ impl LineReader {
     }
 
     /// The next line without its ending. Invalid UTF-8 is replaced. `None` at the end of the file and after an error.
-    pub(super) fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
+    pub(super) fn next_line(&mut self) -> Result<Option<String>> {
         while !self.done {
             self.text.clear();
             let (mut read, mut ended) = (0, false);
@@ -103,15 +102,10 @@ impl LineReader {
     }
 
     /// Reports damage in the current line: an error that ends the reading, or a note if the reader is lenient.
-    pub(super) fn damaged(
-        &mut self,
-        expected: impl Display,
-        found: impl Display,
-    ) -> Result<(), RecordingError> {
+    pub(super) fn damaged(&mut self, expected: impl Display, found: impl Display) -> Result<()> {
         let error = self.error(expected, found);
-        let is_lenient = self.on_damage == OnDamage::Note;
-        self.done = !is_lenient;
-        self.notes.skip(is_lenient, error, "the line")
+        self.done = !self.is_lenient;
+        self.notes.skip(self.is_lenient, error, "the line")
     }
 
     fn error(&self, expected: impl Display, found: impl Display) -> RecordingError {
@@ -120,7 +114,7 @@ impl LineReader {
 
     /// Ends the reading after an error. The error is damage if the compressed data end early or cannot be decompressed,
     /// else a system error.
-    fn stop(&mut self, error: io::Error) -> Result<Option<String>, RecordingError> {
+    fn stop(&mut self, error: io::Error) -> Result<Option<String>> {
         self.done = true;
         if let Some(beyond) = unpacked::beyond(&error, &self.path, self.place()) {
             return Err(beyond);
@@ -131,7 +125,7 @@ impl LineReader {
         }
         self.line += 1;
         let error = self.error("a gzip stream that is whole", error);
-        if self.on_damage == OnDamage::Fail {
+        if !self.is_lenient {
             return Err(error);
         }
         self.notes.skipped += 1;

@@ -12,8 +12,8 @@ use super::{
     session_name::session_name,
 };
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session,
-    error::{Mismatch, beyond},
+    Author, Event, EventSource, Header, Notes, OpenOptions, Place, Session,
+    error::{Mismatch, Result, beyond},
     input::Input,
 };
 use osp::math::COORDINATE_LIMIT_M;
@@ -38,10 +38,7 @@ const PALETTE: [[f32; 3]; 12] = [
 ];
 
 /// Opens a Wavefront OBJ file, packed with gzip or not.
-pub(in crate::recording) fn open_obj(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(crate) fn open_obj(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let obj = Obj {
         lines: LineReader::open(input, options)?,
         vertices: Vec::new(),
@@ -64,7 +61,7 @@ struct Obj {
 impl Obj {
     /// Reads the next line. A `\` at the end of a line continues it with the following line. `None` at the end of the
     /// file.
-    fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
+    fn next_line(&mut self) -> Result<Option<String>> {
         let Some(mut line) = self.lines.next_line()? else { return Ok(None) };
         // A comment is never continued, even if it ends in `\`.
         while let Some(begun) = line.strip_suffix('\\').filter(|begun| !begun.contains('#')) {
@@ -151,7 +148,7 @@ fn color_of(line: &str) -> Option<[f32; 3]> {
 }
 
 impl EventSource for Obj {
-    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn next_event(&mut self) -> Result<Option<Event>> {
         while let Some(line) = self.next_line()? {
             if self.vertices.len() as u64 > self.most_vertices {
                 let (path, place) = (self.lines.path(), self.lines.place());

@@ -17,8 +17,8 @@ use super::{
     session_name::session_name,
 };
 use crate::recording::{
-    Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session,
-    StrokeId, Tool, input::Input,
+    Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, Session, StrokeId, Tool,
+    error::Result, input::Input,
 };
 
 /// A longer time between two poses, forwards or backwards, starts a new stroke, because tracking was lost. Trackers
@@ -34,10 +34,7 @@ const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
 const LINE: &str = "`time x y z qw qx qy qz`";
 
 /// Opens a file of tracker poses, packed with gzip or not.
-pub(in crate::recording) fn open_poses(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(crate) fn open_poses(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let poses = Poses {
         lines: LineReader::open(input, options)?,
         up: Up::Z,
@@ -81,7 +78,7 @@ struct Poses {
 
 impl Poses {
     /// The next undamaged pose as time, position and orientation; `None` at the end of the file.
-    fn next_point(&mut self) -> Result<Option<(f64, Vec3, Quat)>, RecordingError> {
+    fn next_point(&mut self) -> Result<Option<(f64, Vec3, Quat)>> {
         while let Some(line) = self.lines.next_line()? {
             let text = line.trim_ascii();
             if let Some(comment) = text.strip_prefix('#') {
@@ -121,7 +118,7 @@ impl Poses {
     }
 
     /// Converts the next pose to events. Returns the first event, and stores the others in `ahead`.
-    fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn advance(&mut self) -> Result<Option<Event>> {
         let Some((t, p, q)) = self.next_point()? else {
             let open = self.last.take();
             return Ok(open.map(|(t, _)| Event::End { t, stroke: StrokeId(self.next_stroke - 1) }));
@@ -162,7 +159,7 @@ impl Poses {
 }
 
 impl EventSource for Poses {
-    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn next_event(&mut self) -> Result<Option<Event>> {
         let [first, second] = &mut self.ahead;
         if let Some(event) = first.take() {
             *first = second.take();

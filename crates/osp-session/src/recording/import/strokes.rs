@@ -3,18 +3,17 @@ use glam::{Quat, Vec3};
 use super::bytes::ByteReader;
 use crate::recording::{
     Author, Event, EventSource, NormalRule, Notes, Paint, Place, RecordingError, StrokeId, Tool,
+    error::Result,
 };
 
 /// A binary format that is a list of strokes. Each stroke is a header and a list of points.
 pub(super) trait StrokeFormat: Send {
-    /// Orientation of a ribbon relative to the recorded poses.
     const NORMAL: NormalRule;
-    /// Width at pressure 0 divided by the full width.
     const THINNEST: f32;
 
-    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError>;
+    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead>;
 
-    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
+    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample>;
 
     /// A warning about the strokes so far.
     fn warning(&self) -> Option<String> {
@@ -37,24 +36,11 @@ pub(super) struct Sample {
     pub(super) pressure: f32,
 }
 
-/// The reaction to damage: an error, or an entry in the notes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum OnDamage {
-    Fail,
-    Note,
-}
-
-impl OnDamage {
-    pub(super) fn of(lenient: bool) -> Self {
-        if lenient { Self::Note } else { Self::Fail }
-    }
-}
-
 /// The events of a list of strokes, in the order of the file. A stroke's number is its index in the file, from 0.
 pub(super) struct StrokeStream<F> {
     format: F,
     bytes: ByteReader,
-    on_damage: OnDamage,
+    is_lenient: bool,
     notes: Notes,
     /// The first damage that a lenient reader skipped, and the number of damaged strokes.
     skipped_damage: Option<(RecordingError, u64)>,
@@ -81,13 +67,13 @@ impl<F: StrokeFormat> StrokeStream<F> {
         format: F,
         bytes: ByteReader,
         strokes: u32,
-        on_damage: OnDamage,
+        is_lenient: bool,
         warnings: Vec<String>,
     ) -> Self {
         Self {
             format,
             bytes,
-            on_damage,
+            is_lenient,
             notes: Notes { warnings, skipped: 0 },
             skipped_damage: None,
             strokes,
@@ -97,7 +83,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         }
     }
 
-    fn step(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn step(&mut self) -> Result<Option<Event>> {
         loop {
             match &mut self.state {
                 State::Done => return Ok(None),
@@ -132,7 +118,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
 
     /// Reads the header of the next stroke; `None` if the stroke is skipped. The first point is read in advance,
     /// because it has the time of the stroke's beginning.
-    fn begin(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn begin(&mut self) -> Result<Option<Event>> {
         let at = self.bytes.offset;
         let stroke = StrokeId(self.next_stroke);
         let head = self.format.read_stroke(&mut self.bytes)?;
@@ -176,7 +162,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
     }
 
     /// Reads the next point. The inner error is a fault in the point's numbers; the following point can still be read.
-    fn point(&mut self, stroke: StrokeId) -> Result<Result<Event, RecordingError>, RecordingError> {
+    fn point(&mut self, stroke: StrokeId) -> Result<Result<Event>> {
         let at = self.bytes.offset;
         let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
         let mut event = Event::Point { t, stroke, p, q, pressure };
@@ -191,9 +177,9 @@ impl<F: StrokeFormat> StrokeStream<F> {
         Ok(Ok(event))
     }
 
-    /// Skips the rest of a stroke with a damaged number. Returns the damage as an error with [`OnDamage::Fail`].
-    fn skip_damaged(&mut self, damage: RecordingError, points_left: u32) -> Result<(), RecordingError> {
-        if self.on_damage == OnDamage::Fail {
+    /// Skips the rest of a stroke with a damaged number. Returns the damage as an error if the reader is not lenient.
+    fn skip_damaged(&mut self, damage: RecordingError, points_left: u32) -> Result<()> {
+        if !self.is_lenient {
             return Err(damage);
         }
         self.notes.skipped += 1;
@@ -206,7 +192,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
 }
 
 impl<F: StrokeFormat> EventSource for StrokeStream<F> {
-    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn next_event(&mut self) -> Result<Option<Event>> {
         let error = match self.step() {
             Ok(event) => return Ok(event),
             Err(error) => error,
@@ -214,9 +200,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
         let state = std::mem::replace(&mut self.state, State::Done);
         // A system error is not damage, because a second read may succeed. A limit is not damage either:
         // [`Limited`](super::super::limited::Limited) reports it.
-        if self.on_damage == OnDamage::Fail
-            || matches!(error, RecordingError::Io { .. } | RecordingError::Limit { .. })
-        {
+        if !self.is_lenient || matches!(error, RecordingError::Io { .. } | RecordingError::Limit { .. }) {
             return Err(error);
         }
         self.notes.skipped += 1;

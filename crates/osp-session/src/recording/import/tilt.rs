@@ -6,23 +6,20 @@
 //! draws a ribbon of constant width. The effect of pressure is a property of the brush, and is not in the file. Strokes
 //! keep the order of the file, whatever their times.
 
-use std::{
-    collections::VecDeque,
-    io::{BufReader, Read},
-    path::Path,
-};
+use std::{collections::VecDeque, path::Path};
 
 use super::{
     archive::Archive,
     axes,
     bytes::ByteReader,
     session_name::session_name,
-    strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
+    strokes::{Sample, StrokeFormat, StrokeHead, StrokeStream},
     tilt_layout::{MAGIC, METERS_PER_UNIT, SKETCH_MAGIC, point_mask, stroke_mask},
     tilt_metadata::Metadata,
 };
 use crate::recording::{
     Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, SketchExtensions,
+    error::{Mismatch, Result},
     input::Input,
 };
 
@@ -41,16 +38,13 @@ const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main
 ///
 /// # Errors
 /// The file cannot be read, or its header, its zip archive or (unless lenient) its metadata are damaged.
-pub(in crate::recording) fn open_tilt(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(crate) fn open_tilt(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
-    let on_damage = OnDamage::of(options.lenient);
+    let is_lenient = options.lenient;
     let (mut sketch, metadata, mut warnings) =
-        if input.is_folder() { open_folder(input)? } else { open_zip(input, on_damage, &options.limits)? };
+        if input.is_folder() { open_folder(input)? } else { open_zip(input, is_lenient, &options.limits)? };
     let metadata = match metadata {
-        Some(bytes) => Metadata::read(bytes, on_damage, &mut warnings),
+        Some(bytes) => Metadata::read(bytes, is_lenient, &mut warnings),
         None => {
             warnings.push(format!(
                 "{}: there is no metadata.json, so no camera, brushes or light",
@@ -60,7 +54,7 @@ pub(in crate::recording) fn open_tilt(
         }
     };
     let metadata = match metadata {
-        Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
+        Err(error) if is_lenient && !matches!(error, RecordingError::Io { .. }) => {
             warnings.push(format!("{error}; read without it"));
             Metadata::default()
         }
@@ -72,14 +66,14 @@ pub(in crate::recording) fn open_tilt(
     drop(metadata);
     let strokes = match read_head(&mut sketch) {
         Ok(strokes) => strokes,
-        Err(error) if on_damage == OnDamage::Note && !matches!(error, RecordingError::Io { .. }) => {
+        Err(error) if is_lenient && !matches!(error, RecordingError::Io { .. }) => {
             warnings.push(format!("{error}; no stroke can be read"));
             sketch = ByteReader::new(sketch.path().to_owned(), Box::new(std::io::empty()));
             0
         }
         Err(error) => return Err(error),
     };
-    let stream = StrokeStream::new(format, sketch, strokes, on_damage, warnings);
+    let stream = StrokeStream::new(format, sketch, strokes, is_lenient, warnings);
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
@@ -90,13 +84,17 @@ pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
     let picture = |mut png: ByteReader| png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok();
     if is_tilt_folder(input) {
         let path = path.join(THUMBNAIL_NAME);
-        return path.is_file().then(|| open_file(input.beside(&path)).ok()).flatten().and_then(picture);
+        return path
+            .is_file()
+            .then(|| ByteReader::open(input.beside(&path)).ok())
+            .flatten()
+            .and_then(picture);
     }
-    let mut bytes = open_file(input).ok().filter(|_| path.is_file())?;
+    let mut bytes = ByteReader::open(input).ok().filter(|_| path.is_file())?;
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
     let zip_start = bytes.u16("the length of the head").ok()?;
-    let archive = Archive::open(input, zip_start.into(), OnDamage::Fail).ok()?;
+    let archive = Archive::open(input, zip_start.into(), false).ok()?;
     archive.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok().and_then(picture)
 }
 
@@ -107,30 +105,27 @@ pub(super) fn is_tilt_folder(input: Input<'_>) -> bool {
 
 type Parts = (ByteReader, Option<ByteReader>, Vec<String>);
 
-fn open_folder(input: Input<'_>) -> Result<Parts, RecordingError> {
+fn open_folder(input: Input<'_>) -> Result<Parts> {
     let path = input.path;
-    let open = |names: &[&str]| -> Result<Option<ByteReader>, RecordingError> {
-        let Some(file_path) =
-            names.iter().map(|name| path.join(name)).find(|path| input.beside(path).is_file())
-        else {
-            return Ok(None);
-        };
-        Ok(Some(open_file(input.beside(&file_path))?))
+    let open = |names: &[&str]| {
+        let mut paths = names.iter().map(|name| path.join(name));
+        let found = paths.find(|path| input.beside(path).is_file());
+        found.map(|path| ByteReader::open(input.beside(&path))).transpose()
     };
     let sketch = open(&SKETCH_NAMES)?.ok_or_else(|| no_sketch(path, "a folder without it"))?;
     Ok((sketch, open(&METADATA_NAMES)?, Vec::new()))
 }
 
-fn open_zip(input: Input<'_>, on_damage: OnDamage, limits: &Limits) -> Result<Parts, RecordingError> {
+fn open_zip(input: Input<'_>, is_lenient: bool, limits: &Limits) -> Result<Parts> {
     let path = input.path;
-    let mut bytes = open_file(input)?;
+    let mut bytes = ByteReader::open(input)?;
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `tilT`")?;
     if magic != MAGIC {
         return Err(bytes.expected_at(0, "the word `tilT`", magic.escape_ascii()));
     }
     let zip_start = bytes.u16("the length of the head")?;
-    let archive = Archive::open(input, zip_start.into(), on_damage)?;
+    let archive = Archive::open(input, zip_start.into(), is_lenient)?;
     let sketch = archive
         .find(&SKETCH_NAMES)
         .ok_or_else(|| no_sketch(path, "a zip without it"))?
@@ -139,30 +134,16 @@ fn open_zip(input: Input<'_>, on_damage: OnDamage, limits: &Limits) -> Result<Pa
     Ok((sketch, metadata, archive.warning.into_iter().collect()))
 }
 
-fn open_file(input: Input<'_>) -> Result<ByteReader, RecordingError> {
-    let path = input.path;
-    let file = input.open().map_err(|error| RecordingError::io(path, error))?;
-    let reader: Box<dyn Read + Send> = Box::new(BufReader::new(file));
-    Ok(ByteReader::new(path.to_owned(), reader))
-}
-
 fn no_sketch(path: &Path, found: &str) -> RecordingError {
-    RecordingError::Unknown {
-        path: path.to_owned(),
-        expected: "a sketch with the file `data.sketch`".to_owned(),
-        found: found.to_owned(),
-    }
+    Mismatch::new("a sketch with the file `data.sketch`", found).in_file(path)
 }
 
 /// Reads everything in `data.sketch` before the strokes; returns the number of strokes.
-fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
+fn read_head(bytes: &mut ByteReader) -> Result<u32> {
     let magic = bytes.u32("the sketch's first word")?;
     if magic != SKETCH_MAGIC {
-        return Err(bytes.expected_at(
-            0,
-            format_args!("{SKETCH_MAGIC:#010x}"),
-            format_args!("{magic:#010x}"),
-        ));
+        let expected = format_args!("{SKETCH_MAGIC:#010x}");
+        return Err(bytes.expected_at(0, expected, format_args!("{magic:#010x}")));
     }
     let version = bytes.u32("the sketch's version")?;
     if !VERSIONS.contains(&version) {
@@ -182,7 +163,7 @@ struct Sketch {
     strokes: u32,
     point_mask: u32,
     /// Control points that were read before the stroke begins, because its paint holds their extensions.
-    ahead: VecDeque<Result<Sample, RecordingError>>,
+    ahead: VecDeque<Result<Sample>>,
     /// Number of strokes with extensions that are too long to keep.
     shortened: u64,
 }
@@ -191,7 +172,7 @@ impl StrokeFormat for Sketch {
     const NORMAL: NormalRule = NormalRule::Travel;
     const THINNEST: f32 = 1.0;
 
-    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError> {
+    fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead> {
         let brush = bytes.u32("a stroke's brush")?;
         let color = [bytes.f32("red")?, bytes.f32("green")?, bytes.f32("blue")?, bytes.f32("opacity")?];
         let brush_size = bytes.f32("the brush's size")?;
@@ -233,7 +214,7 @@ impl StrokeFormat for Sketch {
         Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, paint, points })
     }
 
-    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {
+    fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample> {
         match self.ahead.pop_front() {
             Some(read) => read,
             None => self.read_sample(bytes, &mut Vec::new()),
@@ -265,7 +246,7 @@ impl Sketch {
     }
 
     /// Reads a control point, and appends its extensions that osp does not know to `others`.
-    fn read_sample(&self, bytes: &mut ByteReader, others: &mut Vec<u8>) -> Result<Sample, RecordingError> {
+    fn read_sample(&self, bytes: &mut ByteReader, others: &mut Vec<u8>) -> Result<Sample> {
         let (p, q) = bytes.pose("a control point's position and orientation")?;
         let (mut pressure, mut milliseconds) = (1.0, 0);
         for bit in set_bits(self.point_mask) {
@@ -285,11 +266,7 @@ impl Sketch {
 }
 
 /// Reads an extension of a stroke that osp does not know. Returns `false` if the extension is too long to keep.
-fn read_extension(
-    bytes: &mut ByteReader,
-    bit: u32,
-    others: &mut SketchExtensions,
-) -> Result<bool, RecordingError> {
+fn read_extension(bytes: &mut ByteReader, bit: u32, others: &mut SketchExtensions) -> Result<bool> {
     let word = bytes.u32("a stroke extension")?;
     let length = if bit < stroke_mask::FIRST_LONG { 0 } else { word };
     if others.stroke.len() as u64 + u64::from(length) > SketchExtensions::MOST_BYTES {

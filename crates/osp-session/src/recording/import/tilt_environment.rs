@@ -24,7 +24,6 @@ const MOST_NAME_CHARS: usize = 60;
 /// The preset whose light is used if the file's preset is unknown.
 const USUAL: &str = "Standard";
 
-/// A preset of the table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Preset {

@@ -9,7 +9,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use super::axes;
-use crate::recording::RecordingError;
+use crate::recording::{RecordingError, error::Mismatch};
 use osp::math::rotate;
 
 /// Largest number of characters of the program's and authors' names in a header, and of a quotation in a warning.
@@ -41,12 +41,7 @@ pub(super) fn shorten(text: &str, most: usize) -> String {
 }
 
 pub(super) fn mismatch(path: &Path, expected: &str, error: &serde_json::Error) -> RecordingError {
-    RecordingError::Line {
-        path: path.to_owned(),
-        line: error.line() as u64,
-        expected: expected.to_owned(),
-        found: shorten(&error.to_string(), MOST_CHARS),
-    }
+    Mismatch::new(expected, shorten(&error.to_string(), MOST_CHARS)).in_line(path, error.line() as u64)
 }
 
 /// The metadata, from which single fields are read.

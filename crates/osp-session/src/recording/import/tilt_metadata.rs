@@ -12,14 +12,13 @@ use serde::Deserialize;
 use super::{
     axes,
     bytes::ByteReader,
-    strokes::OnDamage,
     tilt_environment,
     tilt_fields::{Fields, Listed, MOST_CHARS, Object, TiltTransform, mismatch, shorten},
     tilt_layout::METERS_PER_UNIT,
 };
 use crate::{
     brush,
-    recording::{Author, Camera, Event, Header, Layer, Paint, RecordingError},
+    recording::{Author, Camera, Event, Header, Layer, Paint, error::Result},
 };
 
 /// Vertical field of view of the square thumbnail, degrees. The file does not contain it. This value matches the
@@ -50,7 +49,6 @@ const MEDIA: [(&str, &str, &str); 8] = [
     ("CameraPaths", "camera path", "camera paths"),
 ];
 
-/// The metadata of a sketch.
 #[derive(Default)]
 pub(super) struct Metadata {
     brushes: Vec<String>,
@@ -99,15 +97,11 @@ struct Medium {
 }
 
 impl Metadata {
-    /// Reads the metadata. A damaged table of brushes is an error, or a warning with [`OnDamage::Note`].
+    /// Reads the metadata. A damaged table of brushes is an error, or a warning if the reader is lenient.
     ///
     /// # Errors
     /// The file cannot be read, or is not a JSON object.
-    pub(super) fn read(
-        mut bytes: ByteReader,
-        on_damage: OnDamage,
-        warnings: &mut Vec<String>,
-    ) -> Result<Self, RecordingError> {
+    pub(super) fn read(mut bytes: ByteReader, is_lenient: bool, warnings: &mut Vec<String>) -> Result<Self> {
         let mut text = bytes.rest(MOST_BYTES, "metadata of at most 16 MiB")?;
         bytes.expect_end("the metadata")?;
         if text.starts_with(b"\xEF\xBB\xBF") {
@@ -120,7 +114,7 @@ impl Metadata {
             .map_err(|error| mismatch(&path, "a list of the brushes' names in `BrushIndex`", &error));
         let brushes = match table {
             Ok(Object(table)) => table.brush_index,
-            Err(error) if on_damage == OnDamage::Note => {
+            Err(error) if is_lenient => {
                 warnings.push(format!("{error}; read without it"));
                 Vec::new()
             }

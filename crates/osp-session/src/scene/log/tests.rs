@@ -4,10 +4,7 @@ use glam::Vec3;
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 use super::*;
-use crate::{
-    recording::{Author, Event, GroupId},
-    scene::{Scene, edit::Grouping},
-};
+use crate::scene::edit::Grouping;
 
 fn named<T: Copy>(strokes: impl IntoIterator<Item = u32>, of: T) -> Vec<Named<T>> {
     strokes.into_iter().map(|stroke| Named { stroke, of }).collect()
@@ -94,26 +91,6 @@ fn nothing_is_left_of_what_is_forgotten() {
         check(&log, "at the end");
         assert!(log.index.is_empty() && log.broad.is_empty());
     }
-}
-
-/// Undone arrangements that cannot be redone are dropped.
-#[test]
-fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
-    let mut scene = Scene::new();
-    let (author, group) = (Author::SOLE, GroupId(0));
-    for x in 0..100_u8 {
-        let to = Transform { p: Vec3::X * f32::from(x), q: glam::Quat::IDENTITY, s: 1.0 };
-        let events = [
-            Event::Group { t: 0.0, author, group, strokes: vec![], parent: None, name: None },
-            Event::Place { t: 0.0, author, group, to },
-            Event::Undo { t: 0.0, author },
-            Event::Undo { t: 0.0, author },
-        ];
-        scene.apply_all(&events, &mut Vec::new());
-        assert!(scene.log.active.is_empty() && scene.log.undone.len() <= 2, "{x}");
-        check(&scene.log, "taken back");
-    }
-    assert_eq!(scene.counts().ignored_events, 0);
 }
 
 /// The index contains no strokes of a large arrangement; a search of the few large arrangements finds them.

@@ -7,12 +7,15 @@ use gltf_json::{Root, deserialize};
 use super::{Damage, uri};
 use crate::recording::{
     Limits, Place, RecordingError,
-    error::{Mismatch, beyond},
-    import::lines::shown,
+    error::{Mismatch, Result, beyond},
+    import::{
+        lines::shown,
+        tilt_fields::{MOST_CHARS, shorten},
+    },
     input::Input,
 };
 
-pub(in super::super) const MAGIC: &[u8] = b"glTF";
+pub(crate) const MAGIC: &[u8] = b"glTF";
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
 const VERSION: u32 = 2;
@@ -32,11 +35,7 @@ pub(super) struct File {
 }
 
 impl File {
-    pub(super) fn read(
-        input: Input<'_>,
-        limits: &Limits,
-        damage: &mut Damage,
-    ) -> Result<Self, RecordingError> {
+    pub(super) fn read(input: Input<'_>, limits: &Limits, damage: &mut Damage) -> Result<Self> {
         let path = input.path;
         let most = limits.polygons.saturating_mul(BYTES_A_POLYGON);
         let io = |error| RecordingError::io(path, error);
@@ -72,15 +71,10 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 fn at_byte(path: &Path, offset: usize, expected: &str, found: impl Into<String>) -> RecordingError {
-    let (path, offset) = (path.to_owned(), offset as u64);
-    RecordingError::Byte { path, offset, expected: expected.to_owned(), found: found.into() }
+    Mismatch::new(expected, found).at_byte(path, offset as u64)
 }
 
-fn binary_json(
-    path: &Path,
-    bytes: &[u8],
-    damage: &mut Damage,
-) -> Result<std::ops::Range<usize>, RecordingError> {
+fn binary_json(path: &Path, bytes: &[u8], damage: &mut Damage) -> Result<std::ops::Range<usize>> {
     let cut = |at| at_byte(path, at, "the head of a .glb and its JSON", "the end of the data");
     let version = word(bytes, 4).ok_or_else(|| cut(bytes.len()))?;
     if version != VERSION {
@@ -106,7 +100,7 @@ fn binary_chunk(
     bytes: &[u8],
     mut at: usize,
     damage: &mut Damage,
-) -> Result<Option<std::ops::Range<usize>>, RecordingError> {
+) -> Result<Option<std::ops::Range<usize>>> {
     while let (Some(length), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + CHUNK_HEAD_BYTES)) {
         let start = at + CHUNK_HEAD_BYTES;
         let end = start.saturating_add(length as usize);
@@ -123,7 +117,7 @@ fn binary_chunk(
     Ok(None)
 }
 
-fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root, RecordingError> {
+fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root> {
     // These counts estimate the memory of the JSON before it is parsed.
     let count = |of: &[u8]| json.iter().filter(|byte| of.contains(byte)).count() as u64;
     let bounds = [
@@ -134,11 +128,11 @@ fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root
         return Err(beyond(path, Place::File, most, what));
     }
     let mut root: Root = deserialize::from_slice(json).map_err(|error| {
-        let expected = "the JSON of glTF 2.0".to_owned();
-        let found = format!("text that does not fit ({})", shortened(&error.to_string()));
+        let found = format!("text that does not fit ({})", shorten(&error.to_string(), MOST_CHARS));
+        let mismatch = Mismatch::new("the JSON of glTF 2.0", found);
         match start {
-            0 => RecordingError::Line { path: path.to_owned(), line: error.line() as u64, expected, found },
-            _ => at_byte(path, start + error.column().saturating_sub(1), &expected, found),
+            0 => mismatch.in_line(path, error.line() as u64),
+            _ => mismatch.at_byte(path, (start + error.column().saturating_sub(1)) as u64),
         }
     })?;
     if !root.asset.version.starts_with("2.") {
@@ -152,10 +146,6 @@ fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root
     }
     root.extensions_required.clear();
     Ok(root)
-}
-
-fn shortened(text: &str) -> String {
-    text.chars().take(200).collect()
 }
 
 /// Whether a file that requires this extension can be read: the extension is supported, or changes only the appearance
@@ -172,7 +162,7 @@ fn read_buffers(
     mut binary: Option<Vec<u8>>,
     left: &mut u64,
     damage: &mut Damage,
-) -> Result<Vec<Vec<u8>>, RecordingError> {
+) -> Result<Vec<Vec<u8>>> {
     let path = input.path;
     let mut buffers = Vec::new();
     for (buffer, number) in root.buffers.iter().zip(0..) {
@@ -212,7 +202,7 @@ fn read_beside(
     uri: &str,
     left: &mut u64,
     model: &Path,
-) -> Result<Result<Vec<u8>, Mismatch>, RecordingError> {
+) -> Result<Result<Vec<u8>, Mismatch>> {
     let mut bytes = Vec::new();
     let read = file.lies_within(uri::folder(model)).and_then(|lies_within| {
         if lies_within {
@@ -225,7 +215,10 @@ fn read_beside(
         Ok(false) => return Ok(Err(uri::leads_out(uri))),
         Err(error) => {
             let name = shown(&file.path.to_string_lossy());
-            return Ok(Err(Mismatch::new(format!("the buffer {name}"), shortened(&error.to_string()))));
+            return Ok(Err(Mismatch::new(
+                format!("the buffer {name}"),
+                shorten(&error.to_string(), MOST_CHARS),
+            )));
         }
     }
     match left.checked_sub(bytes.len() as u64) {
@@ -236,7 +229,7 @@ fn read_beside(
 }
 
 /// The files of the buffers that a model refers to, as far as the model can be read.
-pub(in super::super) fn files_beside(path: &Path) -> Vec<PathBuf> {
+pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let mut damage = Damage { is_lenient: true, notes: Default::default() };
     let mut bytes = Vec::new();
     let most = Limits::DEFAULT.polygons * BYTES_A_POLYGON;

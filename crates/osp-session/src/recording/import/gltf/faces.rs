@@ -17,7 +17,6 @@ pub(super) struct Polygon {
     pub(super) color: u32,
 }
 
-/// Progress of decoding.
 #[derive(Default)]
 pub(super) struct Faces {
     next: usize,
@@ -163,7 +162,6 @@ impl<'a> Mesh<'a> {
         (b != d && is_flat_and_convex(quad.map(|number| self.corner(number)))).then_some(quad)
     }
 
-    /// The mean colour of the given vertices.
     fn color(&self, numbers: &[u32]) -> u32 {
         let base = self.material.map_or([1.0; 4], |of| of.pbr_metallic_roughness.base_color_factor.0);
         let mut color = base;

@@ -33,8 +33,9 @@ use self::{
 };
 use super::session_name::session_name;
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId,
-    error::Mismatch, input::Input,
+    Author, Event, EventSource, Header, Notes, OpenOptions, Session, StrokeId,
+    error::{Mismatch, Result},
+    input::Input,
 };
 
 const CHUNK: usize = 1 << 14;
@@ -46,10 +47,7 @@ const MOST_COLORS: usize = 1024;
 ///
 /// # Errors
 /// The file cannot be read, is too large for memory, or its JSON is damaged.
-pub(in crate::recording) fn open_gltf(
-    input: Input<'_>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
+pub(crate) fn open_gltf(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
     let file = File::read(input, &options.limits, &mut damage)?;
@@ -69,14 +67,13 @@ pub(in crate::recording) fn open_gltf(
     Ok(Session::new(header, format, Box::new(source), path, options))
 }
 
-/// The damage that a lenient reader has skipped.
 struct Damage {
     is_lenient: bool,
     notes: Notes,
 }
 
 impl Damage {
-    fn note(&mut self, path: &Path, fault: Mismatch) -> Result<(), RecordingError> {
+    fn note(&mut self, path: &Path, fault: Mismatch) -> Result<()> {
         self.notes.skip(self.is_lenient, fault.in_file(path), "it")
     }
 }
@@ -91,7 +88,6 @@ struct Gltf {
     is_over: bool,
 }
 
-/// The primitive that is decoded next.
 struct Part {
     node: Planned,
     primitive: usize,
@@ -101,7 +97,7 @@ struct Part {
 
 impl Gltf {
     /// Appends events to the queue; `false` at the end.
-    fn fill(&mut self) -> Result<bool, RecordingError> {
+    fn fill(&mut self) -> Result<bool> {
         let Some(mut part) = self.at.take() else {
             let Some(node) = self.nodes.next() else { return Ok(false) };
             self.queue.push_back(node.group_event(Vec::new()));
@@ -172,7 +168,7 @@ impl Gltf {
 }
 
 impl EventSource for Gltf {
-    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+    fn next_event(&mut self) -> Result<Option<Event>> {
         while !self.is_over {
             if let Some(event) = self.queue.pop_front() {
                 return Ok(Some(event));

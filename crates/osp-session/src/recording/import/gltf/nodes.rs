@@ -5,7 +5,9 @@ use gltf_json::scene::Node;
 
 use super::{Damage, container::File};
 use crate::recording::{
-    Author, Event, GroupId, RecordingError, StrokeId, Transform, error::Mismatch, import::axes,
+    Author, Event, GroupId, StrokeId, Transform,
+    error::{Mismatch, Result},
+    import::axes,
 };
 
 /// Largest depth of nested groups. The mesh of a deeper node belongs to the group of an ancestor.
@@ -56,7 +58,7 @@ struct Visit {
 }
 
 /// Plans the nodes of the file's default scene, parents first.
-pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes, RecordingError> {
+pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes> {
     let nodes = &file.root.nodes;
     let has_mesh = having_meshes(nodes);
     let mut out = Nodes { planned: Vec::new(), seen: Vec::new() };
@@ -109,7 +111,7 @@ impl Nodes {
         at: Visit,
         mut below: Visit,
         damage: &mut Damage,
-    ) -> Result<Visit, RecordingError> {
+    ) -> Result<Visit> {
         let mesh = described.mesh.map(|mesh| mesh.value());
         let above = at.above.and_then(|above| self.planned.get(above));
         if let Some(above) = above.filter(|_| at.depth >= MOST_DEPTH) {
