@@ -29,7 +29,7 @@ pub(super) const INDICES: u32 = 6;
 
 #[derive(Debug)]
 pub(super) struct GpuScene {
-    chunks: Chunks,
+    pub(super) chunks: Chunks,
     draw_len: usize,
     /// Indices for as many polygons as the scene has, at most `draw_len`.
     indices: wgpu::Buffer,
@@ -83,16 +83,8 @@ impl GpuScene {
         is_other
     }
 
-    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
-        &self.chunks.layout
-    }
-
     pub(super) fn chunk_len(&self) -> usize {
         self.chunks.len
-    }
-
-    pub(super) fn chunks(&self) -> &[wgpu::Buffer] {
-        &self.chunks.buffers
     }
 
     /// Number of polygons of a page. A draw call draws polygons of a single page.

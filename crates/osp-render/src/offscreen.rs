@@ -75,13 +75,11 @@ impl Offscreen {
     /// # Errors
     /// A side is zero or longer than the adapter allows.
     pub fn on(gpu: Arc<Gpu>, width: u32, height: u32, config: &RendererConfig) -> Result<Self, RenderError> {
-        let target = Target::new(&gpu, width, height)?;
-        let timer = GpuTimer::new(&gpu);
         let renderer = Renderer::new(gpu, config);
         renderer.gpu.check()?;
-        let slot = renderer.create_view_slot();
-        let sights = vec![Sight { slot, target, timer }];
-        Ok(Self { renderer, sights, last: 0, clock: StageClock::default() })
+        let mut drawer = Self { renderer, sights: Vec::new(), last: 0, clock: StageClock::default() };
+        drawer.add_view(width, height)?;
+        Ok(drawer)
     }
 
     /// Adds a view with pictures of `width` x `height` pixels; returns the view's number. The first view has number 0. All
@@ -106,7 +104,15 @@ impl Offscreen {
     /// # Errors
     /// The adapter lacks a required feature.
     pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
-        self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
+        self.set_occlusion_with(occlusion, HzbConfig::default())
+    }
+
+    /// Selects how view number `number` culls hidden polygons on the GPU.
+    ///
+    /// # Errors
+    /// The adapter lacks a required feature.
+    pub fn set_occlusion_of(&mut self, number: usize, occlusion: GpuOcclusion) -> Result<(), RenderError> {
+        self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
     /// Does the same as [`Offscreen::set_occlusion`], with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
@@ -123,14 +129,6 @@ impl Offscreen {
             .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
     }
 
-    /// Selects how view number `number` culls hidden polygons on the GPU.
-    ///
-    /// # Errors
-    /// The adapter lacks a required feature.
-    pub fn set_occlusion_of(&mut self, number: usize, occlusion: GpuOcclusion) -> Result<(), RenderError> {
-        self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
-    }
-
     /// Sets whether all views merge neighbouring quads if no point of the picture then moves by half a pixel; see
     /// [`Renderer::set_detail`].
     pub fn set_detail(&mut self, is_auto: bool) {
@@ -139,6 +137,7 @@ impl Offscreen {
         }
     }
 
+    /// Does the same as [`Offscreen::set_detail`] for view number `number`.
     pub fn set_detail_of(&mut self, number: usize, is_auto: bool) {
         let Sight { slot, target, .. } = &mut self.sights[number];
         self.renderer.set_detail(slot, is_auto.then(|| target.size()));

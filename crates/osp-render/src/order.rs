@@ -41,7 +41,7 @@ pub struct DrawOrder {
     pub runs: Vec<Run>,
     pub(super) listing: Listing,
     /// The order of the opaque polygons of [`Listing::Ids`], and whether each run has polygons of a single material.
-    opaque: (OpaqueOrder, bool),
+    pub(super) opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
     /// The opaque polygons of [`Listing::Clusters`], as cluster masks in ascending order.
     pub(super) handles: Vec<Handle>,
@@ -106,10 +106,6 @@ impl DrawOrder {
     /// has its own draw call.
     pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.opaque = (order, splits_by_material);
-    }
-
-    pub(super) fn opaque(&self) -> OpaqueOrder {
-        self.opaque.0
     }
 
     /// Sorts the opaque polygons into the order of [`DrawOrder::set_opaque`]. Call it before [`DrawOrder::finish`].

@@ -208,7 +208,7 @@ impl Renderer {
         if self.is_painted() {
             let Self { paint, gpu, scene: of, view_layout, environment, .. } = self;
             let paint = paint.get_or_insert_with(|| {
-                Paint::new(gpu, view_layout, of.layout(), of.chunk_len(), environment.as_ref())
+                Paint::new(gpu, view_layout, &of.chunks.layout, of.chunk_len(), environment.as_ref())
             });
             if std::mem::take(&mut self.has_changed) {
                 paint.note_change();
@@ -370,7 +370,7 @@ impl Renderer {
         slot: &ViewSlot,
         stamps: Option<wgpu::RenderPassTimestampWrites<'s>>,
     ) -> (DepthBefore, Option<wgpu::RenderPassTimestampWrites<'s>>) {
-        if slot.order.opaque() != OpaqueOrder::ZPrepass {
+        if slot.order.opaque.0 != OpaqueOrder::ZPrepass {
             return (DepthBefore::Nothing, stamps);
         }
         let mut pass = target.begin_depth(encoder, stamps);
@@ -419,7 +419,7 @@ impl Renderer {
         let order = &slot.order;
         let runs = &order.runs;
         let opaque = runs.iter().filter(|run| run.blend == Blend::Opaque);
-        let of_depth = match order.opaque() {
+        let of_depth = match order.opaque.0 {
             OpaqueOrder::ZPrepass => opaque.clone().count() as u64,
             _ => 0,
         };
@@ -442,7 +442,7 @@ fn runs_of<'a>(first: &'a ViewSlot, slot: &'a ViewSlot) -> impl Iterator<Item = 
 /// The pipelines of polygons in their plain colours.
 fn plain_pipelines(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Pipelines {
     let module = gpu.module("polygon", shaders::POLYGON);
-    let layout = gpu.pipeline_layout("polygon", &[Some(view_layout), Some(scene.layout())]);
+    let layout = gpu.pipeline_layout("polygon", &[Some(view_layout), Some(&scene.chunks.layout)]);
     let shader = Shader {
         module: &module,
         layout: &layout,

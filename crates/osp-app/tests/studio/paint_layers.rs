@@ -187,7 +187,7 @@ fn a_group_with_strokes_of_a_locked_layer_stays_where_it_is() {
     draw(&mut table, 0.0);
     table.studio.command(Command::SelectAll);
     table.studio.command(Command::GroupSelected);
-    let group = table.studio.scene().free_group().map_or(0, |group| group.0 - 1);
+    let group = table.studio.scene().free_groups().next().map_or(0, |group| group.0 - 1);
     let bounds = |table: &Table| {
         let scene = table.studio.scene();
         scene.bounds(scene.stroke(loose).expect("a stroke").polygon_ids().next().expect("polygons"))

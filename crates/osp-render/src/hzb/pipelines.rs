@@ -47,10 +47,6 @@ impl Gpu {
 }
 
 impl Hzb {
-    /// Creates the pipelines.
-    ///
-    /// # Errors
-    /// The adapter lacks a required feature.
     pub(in super::super) fn new(gpu: &Gpu) -> Result<Self, RenderError> {
         let missing = match missing(gpu) {
             None if !gpu.samples_in_place().map_or_else(|| samples::are_in_place(gpu), Ok)? => {
@@ -101,7 +97,7 @@ impl Hzb {
 
     /// Creates bind groups for chunks that are new or were replaced.
     pub(in super::super) fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) {
-        for (i, buffer) in scene.chunks().iter().enumerate() {
+        for (i, buffer) in scene.chunks.buffers.iter().enumerate() {
             if self.chunks.get(i).is_some_and(|(bound, _)| bound == buffer) {
                 continue;
             }

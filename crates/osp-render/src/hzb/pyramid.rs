@@ -7,7 +7,7 @@ pub(super) const MAX_LEVELS: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Levels {
     /// For each level: first texel, width, height, 0.
-    levels: [[u32; 4]; MAX_LEVELS],
+    pub(super) levels: [[u32; 4]; MAX_LEVELS],
     /// Number of levels, including the picture.
     pub(super) count: usize,
     pub(super) texels: u32,
@@ -28,10 +28,6 @@ impl Levels {
             }
         }
         Self { levels, count, texels }
-    }
-
-    pub(super) fn words(&self) -> [[u32; 4]; MAX_LEVELS] {
-        self.levels
     }
 
     /// First texel, width, height of each level from 1 on.

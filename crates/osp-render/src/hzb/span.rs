@@ -64,7 +64,7 @@ pub(super) struct Params {
 impl Params {
     pub(super) fn new((width, height): (u32, u32), levels: &Levels, config: HzbConfig) -> Self {
         Self {
-            levels: levels.words(),
+            levels: levels.levels,
             width,
             height,
             level_count: levels.count as u32,

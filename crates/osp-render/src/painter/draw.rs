@@ -19,7 +19,7 @@ pub(crate) struct PartPass {
 impl PartPass {
     pub(crate) fn new(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Self {
         let module = gpu.module("painter", shaders::PAINTER);
-        let layout = gpu.pipeline_layout("painter", &[Some(view_layout), Some(scene.layout())]);
+        let layout = gpu.pipeline_layout("painter", &[Some(view_layout), Some(&scene.chunks.layout)]);
         let constants = [("CHUNK_LEN", scene.chunk_len() as f64)];
         let corners = [Some(wgpu::VertexBufferLayout {
             array_stride: size_of::<PartCorner>() as u64,

@@ -78,7 +78,7 @@ impl Renderer {
         }
         let [first, others @ ..] = eyes else { return 0 };
         let is_alone = others.is_empty();
-        let has_order = first.slot.order.opaque() != OpaqueOrder::None;
+        let has_order = first.slot.order.opaque.0 != OpaqueOrder::None;
         let is_merged = is_alone && first.is_plain() && !culls && !self.is_solid && !has_order;
         let detail = first.slot.detail.filter(|_| is_merged);
         let detail = detail.and_then(|size| self.scene.detail(first.view, size));
@@ -268,7 +268,7 @@ impl Renderer {
 fn see_the_same(first: &mut Eye<'_>, second: &Eye<'_>, culls: bool) -> bool {
     // The order of merged quads and of light beyond the budget depends on the view.
     let depends = |slot: &ViewSlot| !culls && (slot.detail.is_some() || slot.light.is_some());
-    let is_ordered = |slot: &ViewSlot| slot.order.opaque() != OpaqueOrder::None;
+    let is_ordered = |slot: &ViewSlot| slot.order.opaque.0 != OpaqueOrder::None;
     let occlusion = first.slot.occlusion();
     if [&*first.slot, &*second.slot].into_iter().any(|slot| depends(slot) || is_ordered(slot))
         || occlusion == GpuOcclusion::Queries

@@ -220,7 +220,6 @@ fn object_of<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::gltf_part::Layout;
     use super::*;
     use crate::recording::{Author, Event, GroupId, StrokeId, Transform};
     use glam::Quat;
@@ -253,29 +252,16 @@ mod tests {
     }
 
     #[test]
-    fn polygons_come_back_from_the_bytes() {
+    fn opaque_and_transparent_polygons_have_materials_of_their_own() {
         let glass = polygon(&[[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], 0.5);
         let (counts, json, chunk) = export(&[quad(), glass]);
         assert_eq!(counts, GltfCounts { objects: 1, polygons: 2, triangles: 3, ..GltfCounts::default() });
         assert_eq!(word(&chunk, 4), BIN_CHUNK);
-        let binary = &chunk[8..];
-        assert_eq!(binary.len() as u64, json["buffers"][0]["byteLength"].as_u64().expect("a number"));
-        let primitives = json["meshes"][0]["primitives"].as_array().expect("a list");
-        assert_eq!(primitives.len(), 2);
+        assert_eq!(json["buffers"][0]["byteLength"], chunk.len() as u64 - 8);
+        assert_eq!(json["meshes"][0]["primitives"].as_array().map(Vec::len), Some(2));
         assert_eq!(json["materials"][1]["alphaMode"], "BLEND");
-        let accessor = |i: u64| &json["accessors"][i as usize];
-        let positions = accessor(primitives[0]["attributes"]["POSITION"].as_u64().expect("a number"));
-        assert_eq!(positions["max"], json!([2.0, 1.0, 0.0]));
-        assert_eq!(positions["count"], 4);
-        let indices = accessor(primitives[0]["indices"].as_u64().expect("a number"));
-        let view = &json["bufferViews"][indices["bufferView"].as_u64().expect("a number") as usize];
-        let at = view["byteOffset"].as_u64().expect("a number") as usize;
-        let found: Vec<u32> = (0..6).map(|i| word(binary, at + 4 * i)).collect();
-        assert_eq!(found, [0, 1, 2, 0, 2, 3]);
-        let float = |at| f32::from_bits(word(binary, at));
-        let stride = Layout { has_tail: true, ..Layout::default() }.stride();
-        assert_eq!([float(stride), float(stride + 4)], [2.0, 0.0], "the second corner");
-        assert_eq!([float(12), float(16), float(20)], [0.0, 0.0, 1.0], "its normal");
+        let float = |at: usize| f32::from_bits(word(&chunk, 8 + at));
+        assert_eq!([float(12), float(16), float(20)], [0.0, 0.0, 1.0], "the normal of the first corner");
     }
 
     fn quad() -> Event {

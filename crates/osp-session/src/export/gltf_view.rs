@@ -133,18 +133,9 @@ mod tests {
     fn a_matte_surface_gets_the_light_of_the_session() {
         let slanted = Vec3::new(0.6, -0.8, 0.0);
         let environment = Environment {
-            preset: String::new(),
-            sky: [Vec3::ZERO; 2],
-            sky_rotation: Quat::IDENTITY,
-            room_rotation: Quat::IDENTITY,
-            floor: None,
-            fog: (Vec3::ZERO, 0.0),
             ambient: Vec3::splat(0.4),
             lights: [(slanted, Vec3::new(0.5, 0.4, 0.2)), (Vec3::Y, Vec3::new(0.1, 0.2, 0.3))],
-            reflection: 0.0,
-            has_full_bloom: false,
-            has_srgb_light: false,
-            shadows_end_m: 0.0,
+            ..Environment::default()
         };
         let (lights, nodes) = lights(&environment);
         let shown = |normal: Vec3| -> Vec3 {

@@ -60,9 +60,6 @@ enum State {
 
 impl<R: Read> Decoder<'static, BufReader<R>> {
     /// A decoder of the bytes of `input`.
-    ///
-    /// # Errors
-    /// None; the function returns a `Result` because that of `zstd` does.
     pub fn new(input: R) -> io::Result<Self> {
         let (frames, state) = (FrameDecoder::new(), State::Between);
         Ok(Self { input: BufReader::new(input), frames, state, of_context: PhantomData })
@@ -71,9 +68,6 @@ impl<R: Read> Decoder<'static, BufReader<R>> {
 
 impl<R: BufRead> Decoder<'_, R> {
     /// Limits the window of a frame to two to the power of `log` bytes; frames with larger windows are errors.
-    ///
-    /// # Errors
-    /// None; the function returns a `Result` because that of `zstd` does.
     pub fn window_log_max(&mut self, log: u32) -> io::Result<()> {
         self.frames.set_max_window_size(1 << log);
         Ok(())

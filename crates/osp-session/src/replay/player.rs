@@ -170,32 +170,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
 mod tests {
     use super::*;
     use crate::recording::Author;
-    use glam::{Quat, Vec3};
+    use glam::Vec3;
     use std::path::Path;
 
     fn polygon(x: f32) -> Event {
         let vertices = vec![Vec3::X * x, Vec3::X * x + Vec3::Y, Vec3::X * (x + 1.0)];
         Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
-    }
-
-    fn head(x: f32) -> Event {
-        Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::X * x, q: Quat::IDENTITY }
-    }
-
-    #[test]
-    fn a_frame_has_its_events_changes_poses_and_number() {
-        let events = [head(1.0), polygon(0.0), head(2.0), polygon(1.0)];
-        let mut player = Player::new(events.into_iter().map(Ok), Pace::Samples(1));
-        assert_eq!((player.frames(), player.moment().frame), (0, 0));
-        for frame in 0..2 {
-            assert!(player.step().expect("no damage"));
-            assert_eq!((player.frames(), player.moment().frame), (frame + 1, frame));
-            assert_eq!(player.changes().len(), 1);
-            assert_eq!(player.scene().polygon_count() as u64, frame + 1);
-        }
-        assert_eq!(player.moment().head.map(|(p, _)| p.x), Some(2.0));
-        assert!(!player.step().expect("no damage"));
-        assert!(player.changes().is_empty() && player.frames() == 2);
     }
 
     #[test]

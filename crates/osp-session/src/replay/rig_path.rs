@@ -59,19 +59,11 @@ pub struct RigPath {
     motion: RoomMotion,
     /// Position of a room that stands; `None` before the first frame.
     place: Option<RoomPlace>,
-    /// Whether eyes behind a screen are moved in front of it.
-    keeps_in_front: bool,
 }
 
 impl RigPath {
     pub fn new(rig: Rig, stereo: Stereo, motion: RoomMotion) -> Self {
-        Self { rig, stereo, motion, place: None, keeps_in_front: false }
-    }
-
-    /// Moves every eye that is behind its screen or nearer than [`NEAREST_EYE_M`] to this distance in front of it.
-    #[must_use]
-    pub fn keeping_eyes_in_front(self) -> Self {
-        Self { keeps_in_front: true, ..self }
+        Self { rig, stereo, motion, place: None }
     }
 
     pub fn rig(&self) -> &Rig {
@@ -108,12 +100,7 @@ impl RigPath {
         out.clear();
         out.extend(self.slots().map(|(screen, eye)| {
             let eye_in_room = self.rig.eye_in_room(eye, head, room_from_head);
-            let screen_in_room = &self.rig.screens[screen];
-            let eye_in_room = match self.keeps_in_front {
-                true => screen_in_room.in_front(eye_in_room, NEAREST_EYE_M),
-                false => eye_in_room,
-            };
-            let in_room = screen_in_room.view(eye_in_room, near_m, far_m);
+            let in_room = self.rig.screens[screen].view(eye_in_room, near_m, far_m);
             RigView { screen, eye, view: in_room.map(|view| place.view_to_world(view)) }
         }));
     }

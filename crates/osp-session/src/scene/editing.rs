@@ -272,7 +272,7 @@ impl Scene {
             [self.groups.set_name(group, name.clone()), name]
         });
         let grouping = Grouping { group, members, new_parent: Some(parent), names };
-        self.parents.add(self.log.next_place(), group, before, parent);
+        self.parents.add(self.log.next, group, before, parent);
         self.arrange(author, Arrangement::Group(Box::new(grouping)));
         Some(())
     }

@@ -2,6 +2,13 @@ use std::collections::VecDeque;
 
 use super::{edit::Edit, log::State};
 
+/// Number of edits in all histories, and total number of strokes that they list.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HistoryTotals {
+    pub(super) edits: usize,
+    pub(super) named: usize,
+}
+
 /// The edits that an author can undo or redo.
 ///
 /// The limits are constants, not settings, because every replay of a recording must forget the same edits.

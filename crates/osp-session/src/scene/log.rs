@@ -24,7 +24,8 @@ pub(super) struct Log {
     index: BTreeSet<(State, Key, u64)>,
     /// Indices of arrangements of more than [`MOST_INDEXED`] strokes. `index` does not contain their strokes.
     broad: BTreeSet<(State, u64)>,
-    next: u64,
+    /// The index that the next added arrangement gets.
+    pub(super) next: u64,
     /// Number of arrangements and strokes visited so far.
     pub(super) looked_at: u64,
 }
@@ -164,11 +165,6 @@ impl Log {
         }
         self.looked_at += found.len() as u64;
         found
-    }
-
-    /// The index that the next added arrangement gets.
-    pub(super) fn next_place(&self) -> u64 {
-        self.next
     }
 
     /// Whether an active arrangement sets a parent.

@@ -32,15 +32,12 @@
 //!
 //! Depends on [`recording`](crate::recording), [`stroke`](crate::stroke) and [`polygon`](osp::polygon).
 
-mod author_state;
 mod authors;
 mod edit;
 mod editing;
 mod geometry;
 mod group;
 mod history;
-mod history_totals;
-mod layer_state;
 mod layers;
 mod log;
 mod model;
@@ -53,8 +50,8 @@ mod tree;
 mod undo;
 mod used;
 
-pub use author_state::AuthorInfo;
-pub use layer_state::LayerState;
+pub use authors::AuthorInfo;
+pub use layers::LayerState;
 pub use model::{KnownView, Scene, SceneCounts, SceneWork};
 pub use stroke::Stroke;
 pub use tree::GroupNode;

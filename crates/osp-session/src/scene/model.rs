@@ -6,12 +6,11 @@ use std::{
 use glam::{Quat, Vec3};
 
 use super::{
-    author_state::AuthorState,
+    authors::AuthorState,
     edit::Edit,
     group::Groups,
-    history::{History, Lost},
-    history_totals::HistoryTotals,
-    layer_state::LayerState,
+    history::{History, HistoryTotals, Lost},
+    layers::LayerState,
     log::{Log, State},
     parents::GroupParents,
     stroke::Stroke,

@@ -102,11 +102,6 @@ impl Scene {
         self.groups.name(self.groups.find(id)?)
     }
 
-    /// An unused group number.
-    pub fn free_group(&self) -> Option<GroupId> {
-        self.free_groups().next()
-    }
-
     /// Unused group numbers. In a session of several authors, these numbers belong to [`Author::SOLE`].
     pub fn free_groups(&self) -> impl Iterator<Item = GroupId> + '_ {
         let is_shared = self.authors().next().is_some();

@@ -191,16 +191,6 @@ mod tests {
     }
 
     #[test]
-    fn brushes_of_the_old_kind_begin_without_pressure() {
-        let brush = brush::find("DoubleTaperedMarker").expect("a brush of the table");
-        let (mut knots, mut drops) = (Knots { brush, ..knots(1.0) }, Drops::default());
-        knots.push(at(0.0, 1.0), &mut drops);
-        let step = knots.push(at(0.1, 1.0), &mut drops).expect("in range");
-        assert_eq!(step.from.size_m, 0.1 * brush.size(0.0));
-        assert!((step.to.smoothed - 0.9).abs() < 1.0e-5, "{}", step.to.smoothed);
-    }
-
-    #[test]
     fn samples_without_a_move_and_beyond_all_bounds_are_no_steps() {
         let (mut knots, mut drops) = (knots(0.0), Drops::default());
         knots.push(at(0.0, 1.0), &mut drops);

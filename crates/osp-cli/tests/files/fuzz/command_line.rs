@@ -11,39 +11,9 @@ use super::generator::Generator;
 use crate::OSP;
 use osp_testkit::stderr;
 
-const NUMBERS: &[&str] = &[
-    "NaN",
-    "-NaN",
-    "inf",
-    "-inf",
-    "-1",
-    "-0",
-    "0",
-    "1",
-    "7",
-    "1.5",
-    "0x10",
-    "1e39",
-    "-1e39",
-    "1e-320",
-    "1e400",
-    "65536",
-    "2147483648",
-    "4294967295",
-    "4294967296",
-    "18446744073709551615",
-    "18446744073709551616",
-    "",
-    " ",
-    "٣",
-    "1_000",
-    "samples:0",
-    "samples:1",
-    "samples:4294967295",
-    "samples:4294967296",
-    "samples:-1",
-    "last",
-];
+const NUMBERS: &str = "NaN|-NaN|inf|-inf|-1|-0|0|1|7|1.5|0x10|1e39|-1e39|1e-320|1e400|65536|2147483648|4294967295|\
+    4294967296|18446744073709551615|18446744073709551616|| |٣|1_000|samples:0|samples:1|samples:4294967295|\
+    samples:4294967296|samples:-1|last";
 
 /// What is asked (`S` is a session, `O` an output), and the option that gets a number, or two with a `,` or an `x`
 /// between them.
@@ -80,10 +50,11 @@ fn command_line() {
     made.by_ref().for_each(|event| writer.write(&event.unwrap()).unwrap());
     writer.finish().unwrap();
     let mut generator = Generator::new(7);
+    let numbers: Vec<&str> = NUMBERS.split('|').collect();
     let cases = std::env::var("OSP_FUZZ_CASES").ok().map_or(1, |text| text.parse::<usize>().unwrap()) * 80;
     for case in 0..cases {
         let (asked, option) = ASKED[case % ASKED.len()];
-        let mut number = || NUMBERS[generator.below(NUMBERS.len())].to_owned();
+        let mut number = || numbers[generator.below(numbers.len())].to_owned();
         let (option, value) = match option.split_once(' ') {
             Some((option, between)) => (option, format!("{}{between}{}", number(), number())),
             None => (option, number()),

@@ -71,9 +71,7 @@ fn events() -> Vec<u8> {
         ambient: Vec3::splat(0.4),
         lights: [(Vec3::NEG_Y, Vec3::ONE), (Vec3::X, Vec3::splat(2.5))],
         reflection: 0.3,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
+        ..Environment::default()
     };
     let header = Header {
         environment: Some(Box::new(environment)),

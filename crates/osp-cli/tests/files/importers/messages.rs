@@ -2,7 +2,9 @@
 
 use zip::CompressionMethod;
 
-use super::files::{METADATA, OBJ, POSES, apa, raw_points, read, sketch, sketch_stroke, tilt, write};
+use super::files::{
+    METADATA, OBJ, POSES, apa, glb, raw_points, read, sketch, sketch_stroke, small_gltf, tilt, write,
+};
 
 /// The error of a file, without its folder.
 fn message(name: &str, bytes: &[u8]) -> String {
@@ -12,114 +14,74 @@ fn message(name: &str, bytes: &[u8]) -> String {
     error.to_string().replace(&format!("{}/", folder.path().display()), "")
 }
 
+/// The errors of damaged files of every format, a line each.
 #[test]
-fn sketches() {
+fn messages_are_as_recorded() {
+    let mut said = String::new();
+    let mut say = |name: &str, bytes: &[u8]| said.extend([&*message(name, bytes), "\n"]);
+    let zip = |entries: &[(&str, &[u8])]| tilt(entries, CompressionMethod::Stored);
+    let file = |sketch: &[u8]| zip(&[("data.sketch", sketch), ("metadata.json", METADATA.as_bytes())]);
     let mut points = raw_points(3, [0.0; 3], 0);
     points[2].1 = [0.0, 0.0, 0.0, 2.0];
     let bad = sketch(5, &[sketch_stroke([1.0; 4], 1.0, 1.0, &points)]).0;
-    let file = |sketch: &[u8]| {
-        tilt(&[("data.sketch", sketch), ("metadata.json", METADATA.as_bytes())], CompressionMethod::Stored)
-    };
-    assert_eq!(
-        message("a.tilt", &file(&bad)),
-        "a.tilt/data.sketch, byte 144: expected a unit quaternion (x, y, z, w); \
-         found position [0.05, 0.025, 0.05], orientation [-0, -0, 0, 2], pressure 0.52 in stroke 0"
-    );
-    let wide = sketch(5, &[sketch_stroke([1.0; 4], -1.0, 1.0, &points[..2])]).0;
-    assert_eq!(
-        message("a.tilt", &file(&wide)),
-        "a.tilt/data.sketch, byte 20: expected a width of 0 or more metres; found a width of -0.1 m \
-         at scale 1 in stroke 0"
-    );
-    assert_eq!(
-        message("a.tilt", &file(&bad[..100])),
-        "a.tilt/data.sketch, byte 100: expected a control point's pressure (4 bytes); \
-         found the end of the data"
-    );
-    assert_eq!(
-        message("a.tilt", &file(&sketch(7, &[]).0)),
-        "a.tilt/data.sketch, byte 4: expected sketch version 5 or 6; found version 7"
-    );
-    assert_eq!(
-        message("a.tilt", b"tilTxx"),
-        "a.tilt, byte 30840: expected a zip archive that is whole; found invalid Zip archive: Could not find EOCD"
-    );
-    assert_eq!(
-        message("a.tilt", &tilt(&[("other", b"x")], CompressionMethod::Stored)),
-        "a.tilt: expected a sketch with the file `data.sketch`; found a zip without it"
-    );
-    assert_eq!(message("a.tilt", b"zip?"), "a.tilt, byte 0: expected the word `tilT`; found zip?");
-    // What belongs to the scale says so.
-    let flat = sketch(5, &[sketch_stroke([1.0; 4], 1.0, 0.0, &points[..2])]).0;
-    assert_eq!(
-        message("a.tilt", &file(&flat)),
-        "a.tilt/data.sketch, byte 20: expected a positive scale of the brush; found a width of 0 m \
-         at scale 0 in stroke 0"
-    );
-    for (metadata, expected) in [
-        ("[]", "the metadata of a sketch as a JSON object; found invalid type: sequence, expected an object"),
-        ("null", "the metadata of a sketch as a JSON object; found invalid type: null, expected an object"),
-        ("{\"a\":", "the metadata of a sketch as a JSON object; found EOF"),
-        ("{\"BrushIndex\":[1]}", "a list of the brushes' names in `BrushIndex`; found invalid type: integer"),
-        ("{\"BrushIndex\":null}", "a list of the brushes' names in `BrushIndex`; found invalid type: null"),
-    ] {
-        let bytes = tilt(
-            &[("data.sketch", &sketch(5, &[]).0), ("metadata.json", metadata.as_bytes())],
-            CompressionMethod::Stored,
-        );
-        let error = message("a.tilt", &bytes);
-        assert!(error.starts_with(&format!("a.tilt/metadata.json, line 1: expected {expected}")), "{error}");
+    let of_size = |size, scale| file(&sketch(5, &[sketch_stroke([1.0; 4], size, scale, &points[..2])]).0);
+    for bytes in
+        [file(&bad), of_size(-1.0, 1.0), of_size(1.0, 0.0), file(&bad[..100]), file(&sketch(7, &[]).0)]
+    {
+        say("a.tilt", &bytes);
     }
-}
-
-#[test]
-fn drawings() {
+    for bytes in [&b"tilTxx"[..], &zip(&[("other", b"x")]), b"zip?"] {
+        say("a.tilt", bytes);
+    }
+    for metadata in ["[]", "null", "{\"a\":", "{\"BrushIndex\":[1]}", "{\"BrushIndex\":null}"] {
+        let empty = sketch(5, &[]).0;
+        say("a.tilt", &zip(&[("data.sketch", &empty), ("metadata.json", metadata.as_bytes())]));
+    }
     let whole = apa(&[([1.0; 3], 0.1, raw_points(2, [0.0; 3], 0))]);
-    assert_eq!(
-        message("a.apa", &whole[..whole.len() - 1]),
-        "a.apa, byte 117: expected a point's time stamp (4 bytes); found the end of the data"
-    );
     let mut version = whole.clone();
     version[9] = 3;
-    assert_eq!(message("a.apa", &version), "a.apa, byte 9: expected version 1; found version 3");
-    let more = [whole.as_slice(), b"x"].concat();
-    assert_eq!(
-        message("a.apa", &more),
-        "a.apa, byte 121: expected the end of the data after 1 strokes; found more bytes"
-    );
-    assert_eq!(
-        message("a.apa", b"not a drawing"),
-        "a.apa, byte 0: expected the word `apainter`, its length first; found not a dra"
-    );
+    for bytes in [&whole[..whole.len() - 1], &version, &[&whole[..], b"x"].concat(), b"not a drawing"] {
+        say("a.apa", bytes);
+    }
+    for (from, to) in [("10.02 0.1", "10.02 O.1"), ("0.5 0.5 -0.5 0.5", "0.5 0.5 -0.5 0.9")] {
+        say("a.poses", POSES.replace(from, to).as_bytes());
+    }
+    say("a.obj", OBJ.replace("f 1/1 2/1 3/1 4/1", "f 1/1 2/1 3/1 5/1").as_bytes());
+    let lines = "f 0 1 2|f -5 1 2|f 1 2|f 1 2 x|f 1 2 -9223372036854775808|v 1 2|v 1 nan 2|v 1 1e16 2";
+    for line in lines.split('|') {
+        say("a.obj", format!("{OBJ}{line}\n").as_bytes());
+    }
+    let (json, buffer) = small_gltf();
+    for (from, to) in [
+        (r#""version":"2.0""#, r#""version":"1.0""#),
+        (r#""scene":0,"#, r#""extensionsRequired":["KHR_draco_mesh_compression"],"#),
+        (r#""children":[2]"#, r#""children":[0]"#),
+        (r#""children":[2]"#, r#""children":[77]"#),
+        (r#""mesh":1"#, r#""mesh":9"#),
+        (r#""POSITION":1"#, r#""POSITION":50"#),
+        (r#""count":6"#, r#""count":600"#),
+        (r#""byteOffset":96,"byteLength":12"#, r#""byteOffset":12,"byteLength":12"#),
+        (r#""byteLength":16}"#, r#""byteLength":4000000000}"#),
+        (r#"[{"byteLength":124}]"#, r#"[{"byteLength":124,"uri":"../a.bin"}]"#),
+        (r#""translation":[1,2,3]"#, r#""translation":[1e16,2,3]"#),
+        (r#""asset""#, r#""asset" ""#),
+    ] {
+        assert!(json.contains(from), "{from}");
+        say("a.glb", &glb(&json.replacen(from, to, 1), &buffer));
+    }
+    insta::assert_snapshot!(said);
 }
 
+/// A lenient reader skips the damaged part of a model, and reports it.
 #[test]
-fn lines() {
-    let poses = POSES.replace("10.02 0.1", "10.02 O.1");
-    assert_eq!(
-        message("a.poses", poses.as_bytes()),
-        "a.poses, line 5: expected `time x y z qw qx qy qz`; found `10.02 O.1 0.2 0.5 0.5 0.5 -0.5 0.5`"
-    );
-    let poses = POSES.replace("0.5 0.5 -0.5 0.5", "0.5 0.5 -0.5 0.9");
-    let error = message("a.poses", poses.as_bytes());
-    assert!(error.starts_with("a.poses, line 5: expected a unit quaternion"), "{error}");
-    let obj = OBJ.replace("f 1/1 2/1 3/1 4/1", "f 1/1 2/1 3/1 5/1");
-    assert_eq!(
-        message("a.obj", obj.as_bytes()),
-        "a.obj, line 11: expected corners from 1 to 4 or from -4 to -1; found corner 5 in `f 1/1 2/1 3/1 5/1`"
-    );
-    for (line, expected) in [
-        ("f 0 1 2", "corners from 1 to 4"),
-        ("f -5 1 2", "corners from 1 to 4"),
-        ("f 1 2", "3 to 1024 vertices"),
-        ("f 1 2 x", "`f` and corners as `v`, `v/vt`, `v//vn` or `v/vt/vn`"),
-        ("f 1 2 -9223372036854775808", "corners from 1 to 4"),
-        ("v 1 2", "`v x y z`, finite and below 1e15"),
-        ("v 1 nan 2", "`v x y z`, finite and below 1e15"),
-        ("v 1 1e16 2", "`v x y z`, finite and below 1e15"),
-    ] {
-        let error = message("a.obj", format!("{OBJ}{line}\n").as_bytes());
-        assert!(error.starts_with(&format!("a.obj, line 16: expected {expected}")), "{error}");
+fn a_damaged_part_of_a_model_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let (json, buffer) = small_gltf();
+    for (from, to) in [("[2]", "[77]"), ("\"POSITION\":1", "\"POSITION\":50"), ("[1,2,3]", "[1e16,2,3]")] {
+        let path = write(folder.path(), "a.glb", &glb(&json.replacen(from, to, 1), &buffer));
+        let lenient = read(&path, true);
+        assert!(lenient.error.is_none() && !lenient.events.is_empty(), "{to}");
+        assert!(!lenient.notes.warnings.is_empty(), "{to}: nothing was said");
     }
 }
 

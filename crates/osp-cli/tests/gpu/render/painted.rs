@@ -25,18 +25,11 @@ const BLACK: Color = (0.0, 0.0, 0.0, 1.0);
 /// Light from everywhere, a sky from dark red below to blue above.
 pub(crate) fn environment() -> Environment {
     Environment {
-        preset: String::new(),
         sky: [Vec3::new(0.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.8)],
-        sky_rotation: Quat::IDENTITY,
-        room_rotation: Quat::IDENTITY,
-        floor: None,
-        fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(0.5),
         lights: [(Vec3::NEG_Y, Vec3::splat(0.4)), (Vec3::NEG_Z, Vec3::splat(0.3))],
         reflection: 0.3,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
+        ..Environment::default()
     }
 }
 

@@ -47,12 +47,14 @@ pub fn step(from: f32, to: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Linear interpolation at `x` between `points`, which are sorted by their first number.
-pub fn on_line(points: &[(f32, f32)], x: f32) -> f32 {
-    let after = points.partition_point(|point| point.0 <= x);
-    match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
-        (Some(a), Some(b)) => mix(a.1, b.1, (x - a.0) / (b.0 - a.0)),
-        (Some(end), None) | (None, Some(end)) => end.1,
-        (None, None) => 0.0,
+/// Linear interpolation at `x` between points: their positions, ascending, and the values there.
+pub fn on_line<const N: usize>([at, values]: &[[f32; N]; 2], x: f32) -> f32 {
+    match at.partition_point(|&at| at <= x) {
+        0 => values[0],
+        after if after == N => values[N - 1],
+        after => {
+            let [from, to] = [at[after - 1], at[after]];
+            mix(values[after - 1], values[after], (x - from) / (to - from))
+        }
     }
 }

@@ -21,8 +21,7 @@ fn aside(v: f32) -> f32 {
 
 /// A stroke with a blunt start and a pointed end.
 pub(super) fn taper(u: f32, v: f32) -> f32 {
-    let width =
-        [(0.0, 0.55), (0.05, 1.0), (0.2, 1.0), (0.4, 0.9), (0.6, 0.75), (0.8, 0.5), (0.95, 0.25), (1.0, 0.0)];
+    let width = [[0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0], [0.55, 1.0, 1.0, 0.9, 0.75, 0.5, 0.25, 0.0]];
     solid(on_line(&width, u) - aside(v), 0.067)
 }
 
@@ -33,40 +32,23 @@ pub(super) fn tent(_: f32, v: f32) -> f32 {
 
 /// A stroke with the outline of a leaf.
 pub(super) fn leaf(u: f32, v: f32) -> f32 {
-    let width =
-        [(0.0, 0.4), (0.05, 0.7), (0.2, 0.95), (0.4, 1.0), (0.6, 0.9), (0.8, 0.6), (0.95, 0.25), (1.0, 0.0)];
+    let width = [[0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0], [0.4, 0.7, 0.95, 1.0, 0.9, 0.6, 0.25, 0.0]];
     solid(on_line(&width, u) - aside(v), 0.52)
 }
 
 /// A plump drop of light. The constants are the widths at which its alpha is 1, one half and nearly 0, and the
 /// brightness of its centre line. Widths are fractions of the full width.
 pub(super) fn soft_tip(u: f32, v: f32) -> f32 {
-    const MIDDLE: [(f32, f32); 10] = [
-        (0.0, 0.0),
-        (0.02, 0.07),
-        (0.05, 0.22),
-        (0.1, 0.69),
-        (0.15, 1.0),
-        (0.7, 1.0),
-        (0.85, 0.81),
-        (0.93, 0.26),
-        (0.98, 0.05),
-        (1.0, 0.0),
+    const MIDDLE: [[f32; 10]; 2] = [
+        [0.0, 0.02, 0.05, 0.1, 0.15, 0.7, 0.85, 0.93, 0.98, 1.0],
+        [0.0, 0.07, 0.22, 0.69, 1.0, 1.0, 0.81, 0.26, 0.05, 0.0],
     ];
-    const SOLID: [(f32, f32); 6] =
-        [(0.1, 0.0), (0.15, 0.29), (0.3, 0.44), (0.5, 0.35), (0.7, 0.22), (0.85, 0.0)];
-    const HALF: [(f32, f32); 7] =
-        [(0.05, 0.3), (0.1, 0.45), (0.15, 0.6), (0.3, 0.65), (0.5, 0.55), (0.7, 0.43), (0.93, 0.2)];
-    const RIM: [(f32, f32); 9] = [
-        (0.02, 0.4),
-        (0.05, 0.66),
-        (0.1, 0.84),
-        (0.15, 0.91),
-        (0.3, 0.95),
-        (0.5, 0.84),
-        (0.7, 0.73),
-        (0.85, 0.57),
-        (0.95, 0.4),
+    const SOLID: [[f32; 6]; 2] = [[0.1, 0.15, 0.3, 0.5, 0.7, 0.85], [0.0, 0.29, 0.44, 0.35, 0.22, 0.0]];
+    const HALF: [[f32; 7]; 2] =
+        [[0.05, 0.1, 0.15, 0.3, 0.5, 0.7, 0.93], [0.3, 0.45, 0.6, 0.65, 0.55, 0.43, 0.2]];
+    const RIM: [[f32; 9]; 2] = [
+        [0.02, 0.05, 0.1, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95],
+        [0.4, 0.66, 0.84, 0.91, 0.95, 0.84, 0.73, 0.57, 0.4],
     ];
     let [solid, half, rim] = [on_line(&SOLID, u), on_line(&HALF, u), on_line(&RIM, u)];
     let off = aside(v);
@@ -85,11 +67,11 @@ fn row(v: f32) -> (i32, f32) {
     (v as i32, v.fract())
 }
 
-/// Signed distance to the outline of a band in one atlas row, positive inside. The width of the band changes along `u`.
-fn band(u: f32, v: f32, widths: &[(f32, f32)], wave: f32, seed: u32) -> f32 {
+/// Signed distance to the outline of a band in one atlas row, positive inside. `width` is the band's width at `u`.
+fn band(u: f32, v: f32, width: f32, wave: f32, seed: u32) -> f32 {
     let (number, v) = row(v);
     let rim = noise(u, number as f32 / 8.0, (12, 8), seed) - 0.5;
-    on_line(widths, u) + rim * wave - aside(v)
+    width + rim * wave - aside(v)
 }
 
 /// Signed distance along `u` to the ends of the hair at `v`, positive inside. Each hair starts between 0 and `start`,
@@ -101,7 +83,7 @@ fn hair(u: f32, v: f32, hairs: i32, (start, from, to): (f32, f32, f32), seed: u3
     (ends - u).min(u - begins) * 4.0
 }
 
-const STROKE: [(f32, f32); 6] = [(0.0, 0.0), (0.04, 0.7), (0.12, 0.87), (0.7, 0.87), (0.9, 0.6), (1.0, 0.0)];
+const STROKE: [[f32; 6]; 2] = [[0.0, 0.04, 0.12, 0.7, 0.9, 1.0], [0.0, 0.7, 0.87, 0.87, 0.6, 0.0]];
 
 /// Signed distance to the outline of a hair of an atlas row, positive inside. Hairs end between `from` and `to` along
 /// the stroke, and neighbours end near each other.
@@ -115,48 +97,47 @@ fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
 
 /// Four strokes, round at the start. The last stroke is solid nearly to its end; the others end in tufts of hairs.
 pub(super) fn ink(u: f32, v: f32) -> f32 {
-    const WIDTHS: [(f32, f32); 6] =
-        [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
+    const WIDTHS: [[f32; 6]; 2] = [[0.0, 0.04, 0.12, 0.3, 0.6, 1.0], [0.1, 0.55, 0.82, 0.87, 0.82, 0.7]];
     let ends = if row(v).0 == 3 { (0.8, 1.08) } else { (0.48, 1.12) };
-    solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
+    solid(band(u, v, on_line(&WIDTHS, u), 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
 }
 
 /// Four strokes with ragged rims. The last stroke has pointed ends, the others begin square. The first has long
 /// scratches.
 pub(super) fn oil_paint(u: f32, v: f32) -> f32 {
-    const POINTED: [(f32, f32); 5] = [(0.0, 0.0), (0.12, 0.6), (0.3, 0.8), (0.7, 0.8), (1.0, 0.2)];
-    const SQUARE: [(f32, f32); 4] = [(0.0, 0.6), (0.05, 0.76), (0.6, 0.8), (1.0, 0.7)];
+    const POINTED: [[f32; 5]; 2] = [[0.0, 0.12, 0.3, 0.7, 1.0], [0.0, 0.6, 0.8, 0.8, 0.2]];
+    const SQUARE: [[f32; 4]; 2] = [[0.0, 0.05, 0.6, 1.0], [0.6, 0.76, 0.8, 0.7]];
     let number = row(v).0;
-    let widths: &[(f32, f32)] = if number == 3 { &POINTED } else { &SQUARE };
+    let width = if number == 3 { on_line(&POINTED, u) } else { on_line(&SQUARE, u) };
     let rim = 0.1 * (noise(u, v, (48, 24), 71) - 0.5);
     let scratches = if number == 0 { (octaves(u, v, (4, 64), 2, 72) - 0.3) * 2.0 } else { 1.0 };
     let start = u - 0.06 * random((v * 56.0) as i32, 2, 2);
-    let inside = band(u, v, widths, 0.08, 2) + rim;
+    let inside = band(u, v, width, 0.08, 2) + rim;
     solid(inside.min(tuft(u, v, 14, (0.64, 1.09), 2)).min(start * 4.0).min(scratches), 0.5)
 }
 
 /// Four thick strokes with rounded ends.
 pub(super) fn wet_paint(u: f32, v: f32) -> f32 {
-    let widths = [(0.0, 0.0), (0.05, 0.45), (0.13, 0.68), (0.9, 0.68), (0.96, 0.45), (1.0, 0.0)];
-    solid(band(u, v, &widths, 0.16, 3), 0.3)
+    let widths = [[0.0, 0.05, 0.13, 0.9, 0.96, 1.0], [0.0, 0.45, 0.68, 0.68, 0.45, 0.0]];
+    solid(band(u, v, on_line(&widths, u), 0.16, 3), 0.3)
 }
 
 /// Four solid strokes, a little ragged at the end.
 pub(super) fn gouache(u: f32, v: f32) -> f32 {
-    let widths = [(0.0, 0.0), (0.05, 0.5), (0.15, 0.62), (0.85, 0.62), (1.0, 0.2)];
-    solid(band(u, v, &widths, 0.12, 4).min(hair(u, v, 9, (0.03, 0.85, 1.05), 4)), 0.5)
+    let widths = [[0.0, 0.05, 0.15, 0.85, 1.0], [0.0, 0.5, 0.62, 0.62, 0.2]];
+    solid(band(u, v, on_line(&widths, u), 0.12, 4).min(hair(u, v, 9, (0.03, 0.85, 1.05), 4)), 0.5)
 }
 
 /// Four dry strokes, ragged at both ends.
 pub(super) fn dry_brush(u: f32, v: f32) -> f32 {
     let dry = octaves(u, v, (6, 64), 2, 5) - 0.36;
-    solid(band(u, v, &STROKE, 0.1, 5).min(hair(u, v, 18, (0.25, 0.5, 1.1), 5)).min(dry), 0.2)
+    solid(band(u, v, on_line(&STROKE, u), 0.1, 5).min(hair(u, v, 18, (0.25, 0.5, 1.1), 5)).min(dry), 0.2)
 }
 
 /// Four dry strokes, ragged at the start, rounded at the end.
 pub(super) fn velvet_ink(u: f32, v: f32) -> f32 {
-    let widths = [(0.0, 0.3), (0.2, 0.8), (0.9, 0.85), (1.0, 0.4)];
-    let inside = band(u, v, &widths, 0.1, 6);
+    let widths = [[0.0, 0.2, 0.9, 1.0], [0.3, 0.8, 0.85, 0.4]];
+    let inside = band(u, v, on_line(&widths, u), 0.1, 6);
     let (line, _) = ((v * 64.0) as i32, 0);
     let begins = 0.33 * random(line, 3, 6);
     step(0.0, 0.2, inside) * step(begins, begins + 0.06, u) * mix(0.7, 1.0, noise(u, v, (8, 64), 6))
@@ -165,19 +146,19 @@ pub(super) fn velvet_ink(u: f32, v: f32) -> f32 {
 /// Four grainy strokes without ends.
 pub(super) fn graphite(u: f32, v: f32) -> f32 {
     let grain = octaves(u, v, (24, 48), 2, 7) - 0.4;
-    solid(band(u, v, &[(0.0, 0.85)], 0.2, 7).min(grain), 0.5)
+    solid(band(u, v, 0.85, 0.2, 7).min(grain), 0.5)
 }
 
 /// Four strips with ragged rims.
 pub(super) fn felt(u: f32, v: f32) -> f32 {
-    solid(band(u, v, &[(0.0, 0.7), (0.03, 0.93), (0.97, 0.93), (1.0, 0.7)], 0.1, 8), 0.5)
+    solid(band(u, v, on_line(&[[0.0, 0.03, 0.97, 1.0], [0.7, 0.93, 0.93, 0.7]], u), 0.1, 8), 0.5)
 }
 
 /// Four stretched strokes, pinched in the middle, with holes.
 pub(super) fn taffy(u: f32, v: f32) -> f32 {
-    let widths = [(0.0, 0.2), (0.1, 0.85), (0.5, 0.5), (0.9, 0.85), (1.0, 0.2)];
+    let widths = [[0.0, 0.1, 0.5, 0.9, 1.0], [0.2, 0.85, 0.5, 0.85, 0.2]];
     let holes = 0.75 - octaves(u, v, (3, 24), 2, 9);
-    solid(band(u, v, &widths, 0.1, 9).min(holes), 0.5)
+    solid(band(u, v, on_line(&widths, u), 0.1, 9).min(holes), 0.5)
 }
 
 /// A dry stroke, ragged at its far end. Red, green and blue are uniform inside, and fall off in a narrow rim and towards
@@ -185,14 +166,14 @@ pub(super) fn taffy(u: f32, v: f32) -> f32 {
 pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     let inside = hypercolor_inside(u, v);
     let streaks = 0.08 * (octaves(u, v, (3, 32), 2, 11) - 0.5);
-    let body = on_line(&[(0.0, 0.82), (0.1, 0.86), (0.5, 0.86), (0.7, 0.7), (0.85, 0.5)], u);
+    let body = on_line(&[[0.0, 0.1, 0.5, 0.7, 0.85], [0.82, 0.86, 0.86, 0.7, 0.5]], u);
     let shade = mix(0.3, body, step(0.0, 0.1, inside)) + streaks;
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
 /// Signed distance to the outline of [`hypercolor`], positive inside.
 fn hypercolor_inside(u: f32, v: f32) -> f32 {
-    let widths = [(0.0, 0.5), (0.05, 0.8), (0.6, 0.85), (0.9, 0.7), (1.0, 0.2)];
+    let widths = [[0.0, 0.05, 0.6, 0.9, 1.0], [0.5, 0.8, 0.85, 0.7, 0.2]];
     let line = (v * 40.0) as i32;
     let dry = mix(0.6, 0.95, random(line, 1, 10)) - u;
     let rim = 0.1 * (noise(u, (v > 0.5) as u8 as f32 * 0.5, (10, 2), 51) - 0.5);
@@ -201,22 +182,12 @@ fn hypercolor_inside(u: f32, v: f32) -> f32 {
 
 /// A dry streak of light. Most of its hairs start at a quarter of its length, and it ends in a round tip.
 pub(super) fn light(u: f32, v: f32) -> f32 {
-    const START: [(f32, f32); 6] =
-        [(0.1, 0.32), (0.3, 0.27), (0.42, 0.23), (0.55, 0.24), (0.7, 0.29), (0.8, 0.45)];
-    const END: [(f32, f32); 8] = [
-        (0.07, 0.7),
-        (0.1, 0.82),
-        (0.2, 0.92),
-        (0.4, 0.985),
-        (0.55, 0.985),
-        (0.7, 0.93),
-        (0.8, 0.84),
-        (0.84, 0.74),
-    ];
+    const START: [[f32; 6]; 2] = [[0.1, 0.3, 0.42, 0.55, 0.7, 0.8], [0.32, 0.27, 0.23, 0.24, 0.29, 0.45]];
+    const END: [[f32; 8]; 2] =
+        [[0.07, 0.1, 0.2, 0.4, 0.55, 0.7, 0.8, 0.84], [0.7, 0.82, 0.92, 0.985, 0.985, 0.93, 0.84, 0.74]];
     // Shares of the holes along and across.
-    const ALONG: [(f32, f32); 5] = [(0.0, 0.34), (0.25, 0.38), (0.4, 0.32), (0.6, 0.27), (1.0, 0.29)];
-    const ACROSS: [(f32, f32); 6] =
-        [(0.1, 0.05), (0.2, 0.04), (0.35, -0.02), (0.5, -0.08), (0.65, -0.01), (0.8, 0.06)];
+    const ALONG: [[f32; 5]; 2] = [[0.0, 0.25, 0.4, 0.6, 1.0], [0.34, 0.38, 0.32, 0.27, 0.29]];
+    const ACROSS: [[f32; 6]; 2] = [[0.1, 0.2, 0.35, 0.5, 0.65, 0.8], [0.05, 0.04, -0.02, -0.08, -0.01, 0.06]];
     let early = (random((v * 40.0) as i32, 4, 12) / 0.4).min(1.0);
     let start = on_line(&START, v) * early + 0.06 * (noise(u, v, (4, 60), 49) - 0.5);
     let end = on_line(&END, v) + 0.02 * (noise(u, v, (1, 24), 50) - 0.5);
@@ -253,18 +224,9 @@ pub(super) fn smoke(u: f32, v: f32) -> f32 {
 /// A hot core and a halo.
 pub(super) fn ember(u: f32, v: f32) -> f32 {
     let r = aside(u).hypot(aside(v));
-    const HALO: [(f32, f32); 11] = [
-        (0.4, 0.95),
-        (0.43, 0.36),
-        (0.55, 0.36),
-        (0.67, 0.28),
-        (0.72, 0.24),
-        (0.77, 0.19),
-        (0.82, 0.14),
-        (0.87, 0.1),
-        (0.92, 0.06),
-        (1.0, 0.02),
-        (1.01, 0.0),
+    const HALO: [[f32; 11]; 2] = [
+        [0.4, 0.43, 0.55, 0.67, 0.72, 0.77, 0.82, 0.87, 0.92, 1.0, 1.01],
+        [0.95, 0.36, 0.36, 0.28, 0.24, 0.19, 0.14, 0.1, 0.06, 0.02, 0.0],
     ];
     on_line(&HALO, r)
 }
@@ -280,16 +242,9 @@ pub(super) fn dot(u: f32, v: f32) -> [f32; 4] {
 pub(super) fn bubble(u: f32, v: f32) -> [f32; 4] {
     let (x, y) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
     let r = x.hypot(y);
-    const FILM: [(f32, f32); 9] = [
-        (0.4, 0.06),
-        (0.5, 0.08),
-        (0.6, 0.12),
-        (0.7, 0.19),
-        (0.8, 0.28),
-        (0.9, 0.38),
-        (0.95, 0.5),
-        (0.975, 0.7),
-        (0.99, 0.7),
+    const FILM: [[f32; 9]; 2] = [
+        [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99],
+        [0.06, 0.08, 0.12, 0.19, 0.28, 0.38, 0.5, 0.7, 0.7],
     ];
     // Brightness of the rim by angle, from the right, counter-clockwise.
     const RIM: [f32; 9] = [0.59, 0.66, 0.72, 0.72, 0.61, 0.24, 0.06, 0.26, 0.59];
@@ -317,8 +272,7 @@ pub(super) fn stars(u: f32, v: f32) -> f32 {
         };
         arm(x, y).max(arm(y, x))
     };
-    const DISC: [(f32, f32); 6] =
-        [(0.43, 1.0), (0.47, 0.62), (0.52, 0.36), (0.57, 0.19), (0.62, 0.08), (0.67, 0.0)];
+    const DISC: [[f32; 6]; 2] = [[0.43, 0.47, 0.52, 0.57, 0.62, 0.67], [1.0, 0.62, 0.36, 0.19, 0.08, 0.0]];
     match number {
         0 => {
             // Signed distance from the straight edge between a point of the star and the next notch.
@@ -403,27 +357,13 @@ pub(super) fn disc(u: f32, v: f32) -> f32 {
 /// Thin curls of flames on black. The alpha channel has the flames and a faint net everywhere. The moving net tears the
 /// flames.
 pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
-    const ALONG: [(f32, f32); 9] = [
-        (0.0, 0.0),
-        (0.06, 0.25),
-        (0.19, 0.75),
-        (0.31, 1.0),
-        (0.44, 1.2),
-        (0.56, 1.2),
-        (0.66, 0.75),
-        (0.75, 0.3),
-        (0.85, 0.0),
+    const ALONG: [[f32; 9]; 2] = [
+        [0.0, 0.06, 0.19, 0.31, 0.44, 0.56, 0.66, 0.75, 0.85],
+        [0.0, 0.25, 0.75, 1.0, 1.2, 1.2, 0.75, 0.3, 0.0],
     ];
-    const ACROSS: [(f32, f32); 9] = [
-        (0.0, 0.0),
-        (0.07, 0.25),
-        (0.19, 0.85),
-        (0.31, 1.0),
-        (0.44, 1.1),
-        (0.69, 1.1),
-        (0.8, 0.85),
-        (0.92, 0.1),
-        (1.0, 0.0),
+    const ACROSS: [[f32; 9]; 2] = [
+        [0.0, 0.07, 0.19, 0.31, 0.44, 0.69, 0.8, 0.92, 1.0],
+        [0.0, 0.25, 0.85, 1.0, 1.1, 1.1, 0.85, 0.1, 0.0],
     ];
     let heat = on_line(&ALONG, u) * on_line(&ACROSS, v);
     let bent_u = u + 0.09 * (octaves(u, v, (5, 5), 2, 17) - 0.5);
@@ -495,7 +435,7 @@ pub(super) fn grid(u: f32, v: f32) -> f32 {
 
 /// Hairs that bow out from a shaft to a point.
 pub(super) fn feather(u: f32, v: f32) -> f32 {
-    let width = on_line(&[(0.0, 0.1), (0.2, 0.75), (0.6, 0.9), (1.0, 0.0)], u);
+    let width = on_line(&[[0.0, 0.2, 0.6, 1.0], [0.1, 0.75, 0.9, 0.0]], u);
     let hairs = noise(u - aside(v) * 0.3, 0.0, (48, 1), 27);
     let shaft = step(0.05, 0.02, aside(v));
     (step(0.0, 0.2, width - aside(v)) * mix(0.2, 0.9, hairs)).max(shaft)
@@ -520,18 +460,9 @@ pub(super) fn wing(u: f32, v: f32) -> f32 {
 
 /// Two hairlines that brighten towards a bar, which joins them.
 pub(super) fn streamer(u: f32, v: f32) -> [f32; 4] {
-    const LINES: [(f32, f32); 11] = [
-        (0.07, 0.0),
-        (0.1, 0.035),
-        (0.2, 0.07),
-        (0.3, 0.13),
-        (0.4, 0.22),
-        (0.5, 0.33),
-        (0.6, 0.43),
-        (0.65, 0.58),
-        (0.672, 0.9),
-        (0.718, 0.9),
-        (0.723, 0.0),
+    const LINES: [[f32; 11]; 2] = [
+        [0.07, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.672, 0.718, 0.723],
+        [0.0, 0.035, 0.07, 0.13, 0.22, 0.33, 0.43, 0.58, 0.9, 0.9, 0.0],
     ];
     // The part of a texel that lies in a range.
     let within = |x: f32, from: f32, to: f32| {
@@ -558,7 +489,7 @@ pub(super) fn curls(u: f32, v: f32) -> f32 {
 
 /// A soft drop.
 pub(super) fn drop(u: f32, v: f32) -> f32 {
-    let width = on_line(&[(0.0, 0.0), (0.7, 0.8), (0.9, 0.7), (1.0, 0.0)], u);
+    let width = on_line(&[[0.0, 0.7, 0.9, 1.0], [0.0, 0.8, 0.7, 0.0]], u);
     step(0.0, 0.4, width - aside(v))
 }
 

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use super::bytes::ByteReader;
-use super::session_name::session_name;
+use super::session_name;
 use super::strokes::{Sample, StrokeFormat, StrokeHead, StrokeStream};
 use crate::{
     brush::{self, Brush},
@@ -39,10 +39,6 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     ron::from_str(include_str!("apa_brushes.ron")).expect("the crate's own table, which a test reads")
 });
 
-/// Opens an A-Painter drawing.
-///
-/// # Errors
-/// The file cannot be read, or its header is damaged.
 pub(crate) fn open_apa(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut bytes = ByteReader::open(input)?;

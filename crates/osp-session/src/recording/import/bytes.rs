@@ -1,6 +1,6 @@
 use std::fmt::Display;
 use std::io::{self, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use flate2::Crc;
 use glam::{Quat, Vec3};
@@ -14,7 +14,7 @@ use crate::recording::{
 
 /// A reader of little-endian values from a stream. Errors state the position of the missing value.
 pub(super) struct ByteReader {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     pub(super) offset: u64,
     reader: Box<dyn Read + Send>,
     checksum: Option<(Crc, u32)>,
@@ -35,10 +35,6 @@ impl ByteReader {
     pub(super) fn with_checksum(mut self, expected: Option<u32>) -> Self {
         self.checksum = expected.map(|expected| (Crc::new(), expected));
         self
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Fills `buffer`. In the error, `what` names the value.

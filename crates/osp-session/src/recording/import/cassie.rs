@@ -25,7 +25,7 @@ use glam::Vec3;
 use super::{
     axes,
     cassie_json::{self, Document, HistoryStroke, RawData, State},
-    session_name::session_name,
+    session_name,
 };
 use crate::recording::{
     Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, Session, StrokeId, Tool,
@@ -47,14 +47,8 @@ const ADD_STROKE: i64 = 1;
 const DELETE_STROKE: i64 = 2;
 
 /// Opens a CASSIE sketch by either of its files.
-///
-/// The whole sketch is held in memory, because its events must be sorted; files above [`Limits::whole_bytes`] are
+/// The whole sketch is held in memory, because its events must be sorted; larger files than `Limits::whole_bytes` are
 /// refused.
-///
-/// [`Limits::whole_bytes`]: crate::recording::Limits::whole_bytes
-///
-/// # Errors
-/// A file cannot be read or (unless lenient) is damaged.
 pub(crate) fn open_cassie(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut warnings = Vec::new();

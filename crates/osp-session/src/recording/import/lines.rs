@@ -1,6 +1,6 @@
 use std::fmt::Display;
 use std::io::{self, BufRead, BufReader, Read, Seek};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use flate2::read::MultiGzDecoder;
 
@@ -18,7 +18,7 @@ const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 
 /// A reader of the lines of a text file, perhaps compressed with gzip. The length of a line is bounded.
 pub(super) struct LineReader {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     reader: Box<dyn BufRead + Send>,
     line: u64,
     text: Vec<u8>,
@@ -55,10 +55,6 @@ impl LineReader {
             notes: Notes::default(),
             done: false,
         })
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     pub(super) fn place(&self) -> Place {

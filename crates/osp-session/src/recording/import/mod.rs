@@ -30,7 +30,6 @@ mod gltf;
 mod lines;
 mod obj;
 mod poses;
-mod session_name;
 mod strokes;
 mod tilt;
 pub(crate) mod tilt_environment;
@@ -56,4 +55,11 @@ pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
         .extension()
         .is_some_and(|ending| ["glb", "gltf"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
     if is_gltf { gltf::files_beside(path) } else { cassie::files_beside(path) }
+}
+
+/// The name that a session gets from its file: the file's name without its extensions.
+fn session_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".gz").unwrap_or(&name);
+    stem.rsplit_once('.').map_or(stem, |(stem, _)| stem).to_owned()
 }

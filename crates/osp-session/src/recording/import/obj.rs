@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
     lines::{LineReader, shown},
-    session_name::session_name,
+    session_name,
 };
 use crate::recording::{
     Author, Event, EventSource, Header, Notes, OpenOptions, Place, Session,
@@ -37,7 +37,6 @@ const PALETTE: [[f32; 3]; 12] = [
     [0.56, 0.64, 0.62],
 ];
 
-/// Opens a Wavefront OBJ file, packed with gzip or not.
 pub(crate) fn open_obj(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let obj = Obj {
         lines: LineReader::open(input, options)?,
@@ -151,7 +150,7 @@ impl EventSource for Obj {
     fn next_event(&mut self) -> Result<Option<Event>> {
         while let Some(line) = self.next_line()? {
             if self.vertices.len() as u64 > self.most_vertices {
-                let (path, place) = (self.lines.path(), self.lines.place());
+                let (path, place) = (&self.lines.path, self.lines.place());
                 return Err(beyond(path, place, self.most_vertices, "vertices"));
             }
             match self.read_line(&line) {

@@ -14,7 +14,7 @@ use glam::{Quat, Vec3};
 use super::{
     axes,
     lines::{LineReader, shown},
-    session_name::session_name,
+    session_name,
 };
 use crate::recording::{
     Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, Session, StrokeId, Tool,
@@ -33,7 +33,6 @@ const WIDTH_M: f32 = 0.02;
 const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
 const LINE: &str = "`time x y z qw qx qy qz`";
 
-/// Opens a file of tracker poses, packed with gzip or not.
 pub(crate) fn open_poses(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let poses = Poses {
         lines: LineReader::open(input, options)?,

@@ -214,7 +214,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
 
     fn notes(&self) -> Notes {
         let mut notes = self.notes.clone();
-        let path = self.bytes.path().display();
+        let path = self.bytes.path.display();
         notes.warnings.extend(self.format.warning().map(|warning| format!("{path}: {warning}")));
         if let Some((first, strokes)) = &self.skipped_damage {
             notes.warnings.push(match strokes {

@@ -12,7 +12,7 @@ use super::{
     archive::Archive,
     axes,
     bytes::ByteReader,
-    session_name::session_name,
+    session_name,
     strokes::{Sample, StrokeFormat, StrokeHead, StrokeStream},
     tilt_layout::{MAGIC, METERS_PER_UNIT, SKETCH_MAGIC, point_mask, stroke_mask},
     tilt_metadata::Metadata,
@@ -32,12 +32,7 @@ const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
 
-/// Opens a Tilt Brush or Open Brush sketch.
-///
-/// The header's camera is the view of the sketch's thumbnail.
-///
-/// # Errors
-/// The file cannot be read, or its header, its zip archive or (unless lenient) its metadata are damaged.
+/// Opens a Tilt Brush or Open Brush sketch. The header's camera is the view of the sketch's thumbnail.
 pub(crate) fn open_tilt(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let is_lenient = options.lenient;
@@ -68,7 +63,7 @@ pub(crate) fn open_tilt(input: Input<'_>, options: &OpenOptions) -> Result<Sessi
         Ok(strokes) => strokes,
         Err(error) if is_lenient && !matches!(error, RecordingError::Io { .. }) => {
             warnings.push(format!("{error}; no stroke can be read"));
-            sketch = ByteReader::new(sketch.path().to_owned(), Box::new(std::io::empty()));
+            sketch = ByteReader::new(sketch.path.clone(), Box::new(std::io::empty()));
             0
         }
         Err(error) => return Err(error),

@@ -98,16 +98,13 @@ struct Medium {
 
 impl Metadata {
     /// Reads the metadata. A damaged table of brushes is an error, or a warning if the reader is lenient.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is not a JSON object.
     pub(super) fn read(mut bytes: ByteReader, is_lenient: bool, warnings: &mut Vec<String>) -> Result<Self> {
         let mut text = bytes.rest(MOST_BYTES, "metadata of at most 16 MiB")?;
         bytes.expect_end("the metadata")?;
         if text.starts_with(b"\xEF\xBB\xBF") {
             text.drain(..3);
         }
-        let path = bytes.path().to_owned();
+        let path = bytes.path.clone();
         serde_json::from_slice::<Object<Anything>>(&text)
             .map_err(|error| mismatch(&path, "the metadata of a sketch as a JSON object", &error))?;
         let table = serde_json::from_slice::<Object<BrushTable>>(&text)

@@ -2,10 +2,7 @@ use std::collections::VecDeque;
 
 use glam::{Quat, Vec3};
 
-use super::{
-    SynthKind,
-    volume::{CENTER, VOLUME_M},
-};
+use super::{CENTER, SynthKind, VOLUME_M};
 use crate::{
     brush::{self, Brush},
     recording::{

@@ -5,7 +5,7 @@
 //! Sometimes the artist undoes, erases or moves a stroke. The same seed gives the same events, bit for bit, on every
 //! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
-//! Each file depends only on those before it: `kind`, `volume`, `random` (numbers), `vector` (rotations), `path` (of a
+//! Each file depends only on those before it: `kind`, `random` (numbers), `vector` (rotations), `path` (of a
 //! stroke), `hand` (motion along a path), `head`, `artist` (clock, events and edits). At the end of this list, each
 //! subject has its own file.
 
@@ -21,14 +21,18 @@ mod random;
 mod room;
 mod scribble;
 mod vector;
-mod volume;
 
 pub use kind::SynthKind;
 
 use artist::{Artist, Subject};
-use volume::{CENTER, VOLUME_M};
+use glam::Vec3;
 
 use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
+
+/// Edge of the modelling volume, metres.
+const VOLUME_M: f32 = 4.0;
+/// Centre of the modelling volume, 1.5 m above the floor.
+const CENTER: Vec3 = Vec3::new(0.0, 1.5, 0.0);
 
 /// Returns a synthetic session of about `polygons` polygons. It ends with the first stroke that reaches this number.
 /// Polygons that are later erased or undone also count. Events are generated when they are read, so memory does not

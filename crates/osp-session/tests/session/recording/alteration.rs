@@ -2,9 +2,8 @@
 
 use glam::{Quat, Vec3};
 use osp::math::rotate;
-use osp_session::recording::{
-    Alteration, Author, Event, Motion, NormalRule, Paint, StrokeId, Tool, Transform,
-};
+use osp_session::recording::{Alteration, Author, Event, Motion, NormalRule, Paint, StrokeId, Transform};
+use osp_testkit::events::{Begin, polygon};
 
 fn close(a: Vec3, b: Vec3) {
     assert!(a.abs_diff_eq(b, 1.0e-4), "{a} {b}");
@@ -47,16 +46,10 @@ fn a_mirrored_pose_lies_as_the_mirror_image_of_the_hand_but_for_its_x_axis() {
 #[test]
 fn a_copy_has_all_of_a_stroke_and_nothing_of_others() {
     let (of, other, copy) = (StrokeId(3), StrokeId(4), StrokeId(9));
-    let begin = |stroke, width| Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke,
-        tool: Tool::Ribbon,
-        width,
-        color: (1.0, 0.0, 0.0, 1.0),
-        normal: NormalRule::LocalX,
-        thinnest: 0.1,
-        paint: Some(Box::new(Paint { scale: 0.5, layer: 2, ..Paint::new("Ink", 7) })),
+    let begin = |stroke, width| {
+        let (color, normal) = ((1.0, 0.0, 0.0, 1.0), NormalRule::LocalX);
+        let paint = Some(Box::new(Paint { scale: 0.5, layer: 2, ..Paint::new("Ink", 7) }));
+        Begin { width, color, normal, thinnest: 0.1, paint, ..Begin::of(stroke) }.event()
     };
     let point = |stroke, x: f32| Event::Point {
         t: 1.0,
@@ -65,13 +58,7 @@ fn a_copy_has_all_of_a_stroke_and_nothing_of_others() {
         q: Quat::IDENTITY,
         pressure: 0.5,
     };
-    let face = |stroke| Event::Polygon {
-        author: Author::SOLE,
-        t: 1.0,
-        stroke: Some(stroke),
-        vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-        color: (0.0, 1.0, 0.0, 1.0),
-    };
+    let face = |stroke| polygon(Some(stroke), [Vec3::ZERO, Vec3::X, Vec3::Y], (0.0, 1.0, 0.0, 1.0));
     let events = [
         point(of, 7.0),
         begin(of, 0.1),

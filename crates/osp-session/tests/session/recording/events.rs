@@ -10,6 +10,7 @@ use osp_session::recording::{
     Author, Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, Paint,
     RecordingError, RonReader, RonWriter, SketchExtensions, StrokeId, Tool, Transform, open,
 };
+use osp_testkit::events::{Begin, SOLE, polygon};
 use proptest::prelude::*;
 
 pub(crate) fn write(header: &Header, events: &[Event]) -> Vec<u8> {
@@ -70,92 +71,46 @@ pub(crate) const LENIENT: OpenOptions = OpenOptions::LENIENT;
 pub(crate) fn sample_events() -> Vec<Event> {
     let q = Quat::from_xyzw(0.5, -0.5, 0.5, 0.5);
     let stroke = StrokeId(7);
+    let paint = Paint {
+        scale: 0.5,
+        layer: 1,
+        hidden: true,
+        sketch_group: 5,
+        sketch_flags: 2,
+        sketch_extensions: frame_two(),
+        ..Paint::new("Ink", 77)
+    };
+    let (author, t) = (Author::SOLE, 0.136);
+    let layer = |name, hidden, locked| Event::Layer { author, t, layer: 2, name, hidden, locked, mine: None };
     vec![
         Event::Head { author: Author::SOLE, t: 0.016, p: Vec3::new(0.1, 1.6, -0.3), q },
-        Event::Begin {
-            author: Author::SOLE,
-            t: 0.02,
-            stroke,
-            tool: Tool::Ribbon,
+        Begin {
             width: 0.02,
             color: (0.25, 1.0, 0.0, 1.0),
             normal: NormalRule::Travel,
             thinnest: 0.1,
-            paint: Some(Box::new(Paint {
-                brush: "Ink".into(),
-                seed: 77,
-                scale: 0.5,
-                layer: 1,
-                hidden: true,
-                sketch_group: 5,
-                sketch_flags: 2,
-                sketch_extensions: frame_two(),
-            })),
-        },
+            paint: Some(Box::new(paint)),
+            ..Begin::of(stroke)
+        }
+        .event(),
         Event::Point { t: 0.03, stroke, p: Vec3::new(1e-7, -0.0, 3.4e10), q, pressure: 0.8 },
         Event::Point { t: 0.04, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 0.5 },
         Event::Point { t: 0.05, stroke, p: Vec3::ONE, q, pressure: 1.0 },
         Event::Point { t: 0.06, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 1.0 },
         Event::End { t: 0.07, stroke },
-        Event::Erase { author: Author::SOLE, t: 0.08, stroke },
-        Event::Undo { author: Author::SOLE, t: 0.09 },
-        Event::Redo { author: Author::SOLE, t: 0.1 },
-        Event::Move {
-            author: Author::SOLE,
-            t: 0.11,
-            strokes: vec![stroke, StrokeId(0)],
-            by: Vec3::new(0.0, 0.5, 0.0),
-        },
-        Event::Group {
-            author: Author::SOLE,
-            t: 0.12,
-            group: GroupId(3),
-            strokes: vec![stroke],
-            parent: None,
-            name: None,
-        },
-        Event::Group {
-            author: Author::SOLE,
-            t: 0.12,
-            group: GroupId(4),
-            strokes: vec![],
-            parent: Some(GroupId(3)),
-            name: None,
-        },
-        Event::Place {
-            author: Author::SOLE,
-            t: 0.13,
-            group: GroupId(3),
-            to: Transform { p: Vec3::X, q, s: 2.0 },
-        },
+        SOLE.erase(stroke),
+        SOLE.undo(),
+        SOLE.redo(),
+        SOLE.moved([stroke, StrokeId(0)], Vec3::new(0.0, 0.5, 0.0)),
+        SOLE.grouped(GroupId(3), [stroke], None),
+        SOLE.grouped(GroupId(4), [], Some(GroupId(3))),
+        SOLE.placed(GroupId(3), Transform { p: Vec3::X, q, s: 2.0 }),
         Event::Step { author: Author::SOLE, t: 0.135, edits: 3 },
-        Event::Layer {
-            author: Author::SOLE,
-            t: 0.136,
-            layer: 2,
-            name: Some("sky".into()),
-            hidden: Some(true),
-            locked: None,
-            mine: None,
-        },
-        Event::Layer {
-            author: Author::SOLE,
-            t: 0.137,
-            layer: 2,
-            name: None,
-            hidden: None,
-            locked: Some(false),
-            mine: None,
-        },
+        layer(Some("sky".into()), Some(true), None),
+        layer(None, None, Some(false)),
         Event::Assign { author: Author::SOLE, t: 0.138, layer: 2, strokes: vec![stroke, StrokeId(0)] },
         Event::View { author: Author::SOLE, t: 0.139, slot: 3, p: Vec3::X, q, distance: 2.5 },
-        Event::Polygon {
-            author: Author::SOLE,
-            t: 0.14,
-            stroke: Some(StrokeId(9)),
-            vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            color: (1.0, 1.0, 1.0, 0.5),
-        },
+        polygon(Some(StrokeId(9)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 0.5)),
     ]
 }
 

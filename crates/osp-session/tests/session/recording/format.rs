@@ -54,7 +54,7 @@ fn lines_are_compact_and_leave_out_what_is_usual() {
         "Point(t:0.03,stroke:7,p:(1e-7,-0.0,34000000000.0),q:(0.5,-0.5,0.5,0.5),pressure:0.8)"
     );
     assert_eq!(lines[6], "Point(t:0.06,stroke:7,p:(1.0,1.0,1.0))");
-    assert_eq!(lines[13], "Group(t:0.12,group:4,strokes:[],parent:3)");
+    assert_eq!(lines[13], "Group(t:0.0,group:4,strokes:[],parent:3)");
 }
 
 #[test]

@@ -19,9 +19,7 @@ fn environment() -> Environment {
         ambient: Vec3::splat(0.4),
         lights: [(Vec3::NEG_Y, Vec3::splat(30.0)), (Vec3::ZERO, Vec3::ZERO)],
         reflection: 0.3,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
+        ..Environment::default()
     }
 }
 

@@ -31,7 +31,7 @@ use self::{
     faces::{Faces, Polygon},
     nodes::Planned,
 };
-use super::session_name::session_name;
+use super::session_name;
 use crate::recording::{
     Author, Event, EventSource, Header, Notes, OpenOptions, Session, StrokeId,
     error::{Mismatch, Result},
@@ -44,9 +44,6 @@ const CHUNK: usize = 1 << 14;
 const MOST_COLORS: usize = 1024;
 
 /// Opens a glTF file and its external buffers.
-///
-/// # Errors
-/// The file cannot be read, is too large for memory, or its JSON is damaged.
 pub(crate) fn open_gltf(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
