@@ -40,7 +40,6 @@ pub(super) struct Clip {
     pub(super) groups: Vec<ClipGroup>,
     /// Largest extent of all strokes, metres.
     pub(super) extent_m: f32,
-    /// Number of times that the clip was pasted.
     pub(super) pasted: u32,
 }
 
@@ -121,7 +120,7 @@ impl Studio {
 
     /// The event that moves the selection if it is a whole group. This event takes one line of the file, while copies
     /// of all strokes would take many.
-    fn placed_group(&self, motion: &Motion) -> Option<Event> {
+    pub(crate) fn placed_group(&self, motion: &Motion) -> Option<Event> {
         let (group, scene) = (self.selected_group()?, self.scene());
         let own = Motion { is_mirrored: false, to: scene.group_transform(group)? };
         let parent = match scene.parent_of(group) {
@@ -132,7 +131,6 @@ impl Studio {
         Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
     }
 
-    /// Replaces the selected strokes by changed copies.
     fn replace_by_copies(&mut self, alteration: &Alteration) {
         let strokes = self.alterable();
         let Some(events) = self.events_of(&strokes) else { return };
@@ -408,7 +406,7 @@ fn layer_of(events: &[Event]) -> u32 {
 }
 
 /// Appends the events that move strokes to layers. Returns the number of events.
-fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) -> usize {
+pub(super) fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) -> usize {
     let first = out.len();
     for (layer, strokes) in layers {
         let parts = strokes.chunks(Event::MAX_STROKES_NAMED);

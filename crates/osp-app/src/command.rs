@@ -1,9 +1,8 @@
 use std::path::PathBuf;
 
 use super::{
-    altering::Altering, culling::Stages, drawing_aids::Aids, groups::Placing, layers::LayerChoice,
-    occlusion_steps::StepsEdit, paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening,
-    tool::ToolChoice,
+    altering::Altering, drawing_aids::Aids, groups::Placing, layers::LayerChoice, occlusion_steps::StepsEdit,
+    paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -84,8 +83,8 @@ pub enum Command {
     Occlusion(Method),
     /// Set the largest number of occluders of a view; `None` is the method's default.
     Occluders(Option<usize>),
-    /// Turn stages of culling on and off.
-    Stages(Stages),
+    /// Turn frustum culling on or off.
+    FrustumCulling(bool),
     /// Show animated brushes at a fixed time, seconds; `None` lets time run.
     Moment(Option<f32>),
     /// Choose which debug structures are drawn over the model.
@@ -114,8 +113,6 @@ pub enum Command {
     SaveAs(PathBuf),
     /// Retry a failed write immediately.
     RetrySaving,
-    /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
-    Discard,
     /// Write the model as glTF (`.glb`) or as a sketch (`.tilt`), or a film of it (`.mp4`, `.gif`); the user confirms
     /// the replacement of a file.
     Export(PathBuf),

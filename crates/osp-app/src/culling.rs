@@ -6,15 +6,15 @@ use glam::Vec3;
 
 use super::{draw_cost::DrawCost, spans::Part};
 use osp::{
-    frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline},
+    frame::{FrameRecord, OcclusionPass, Pipeline},
     index::SpatialIndex,
     math::{Aabb, Ray},
-    occlusion::{NodeTest, Score, ShadowVolume},
+    occlusion::ShadowVolume,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
 use osp_lab::Method;
-use osp_rivals::{IndexKind, IndexSettings};
+use osp_rivals::IndexKind;
 use osp_session::{
     recording::StrokeId,
     scene::{Scene, Stroke},
@@ -22,19 +22,6 @@ use osp_session::{
 
 pub(super) use plan::Indexing;
 pub use plan::{CullingPlan, Indexed};
-
-/// The stages of culling that can be turned off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stages {
-    /// Whether frustum culling is on.
-    pub frustum: bool,
-}
-
-impl Default for Stages {
-    fn default() -> Self {
-        Self { frustum: true }
-    }
-}
 
 /// The insertion of a whole model into another index, with its duration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,34 +36,30 @@ pub struct Reindexed {
     pub in_background: bool,
 }
 
-/// Work of picking with rays, summed since the start.
+/// Work of searches with rays and around points, summed since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PickCounts {
+pub struct SearchCounts {
     /// Number of rays.
     pub rays: u64,
-    /// Number of exact polygon tests.
+    /// Number of exact tests of polygons by rays.
     pub tests: u64,
-}
-
-/// Counts of searches around points, summed since the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReachCounts {
     /// Number of search points.
     pub points: u64,
-    /// Number of polygons whose boxes were tested one by one.
-    pub polygons: u64,
+    /// Number of polygons near search points whose boxes were tested one by one.
+    pub near: u64,
 }
 
-/// The culling of frames, with stages that can be turned on and off at any time.
+/// The culling of frames, with a frustum query that can be turned off.
 #[derive(Debug)]
 pub struct Culling {
-    plan: CullingPlan,
+    /// Settings of the index. A change takes effect with the next [`Culling::reindex`]; an index ignores the settings of
+    /// other structures.
+    pub plan: CullingPlan,
     pipeline: Pipeline,
-    /// The stages that are on.
-    pub stages: Stages,
+    /// Whether frustum culling is on.
+    pub culls_by_frustum: bool,
     reindexed: Option<Reindexed>,
-    picks: PickCounts,
-    reaches: ReachCounts,
+    searches: SearchCounts,
     /// Scratch of [`Culling::nearest_box`].
     found: Vec<PolygonId>,
     draw_cost: DrawCost,
@@ -92,24 +75,13 @@ impl Culling {
         Self {
             plan,
             pipeline,
-            stages: Stages::default(),
+            culls_by_frustum: true,
             reindexed: None,
-            picks: PickCounts::default(),
-            reaches: ReachCounts::default(),
+            searches: SearchCounts::default(),
             found: Vec::new(),
             draw_cost: DrawCost::default(),
             all: VisibleBlocks::new(),
         }
-    }
-
-    /// The index in use.
-    pub fn kind(&self) -> IndexKind {
-        self.plan.kind
-    }
-
-    /// The method of occlusion culling.
-    pub fn occlusion(&self) -> Method {
-        self.plan.occlusion
     }
 
     /// The index and its occlusion culling.
@@ -133,27 +105,6 @@ impl Culling {
         self.pipeline.set_occluders(occluders);
     }
 
-    /// Sets the node test and the score of occluders for occlusion culling, from the next [`Culling::reindex`] on.
-    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
-        (self.plan.node_test, self.plan.score) = (node_test, score);
-    }
-
-    /// Sets the settings of the index, from the next [`Culling::reindex`] on. They stay if another index is
-    /// chosen; an index ignores the settings of other structures.
-    pub fn set_index_settings(&mut self, settings: IndexSettings) {
-        self.plan.settings = settings;
-    }
-
-    /// Sets the measure by which `auto` finds the cheapest method, from the next [`Culling::reindex`] on.
-    pub fn set_auto_basis(&mut self, basis: AutoBasis) {
-        self.plan.auto_basis = basis;
-    }
-
-    /// Node test and score of occluders for occlusion culling.
-    pub fn tests(&self) -> (NodeTest, Score) {
-        (self.plan.node_test, self.plan.score)
-    }
-
     /// Shadow volumes of the first view's occluders in the last frame, relative to the eye.
     pub fn shadows(&self) -> &[ShadowVolume] {
         let pass = self.pipeline.occlusion().filter(|_| self.pipeline.is_occluded());
@@ -165,19 +116,9 @@ impl Culling {
         self.reindexed
     }
 
-    /// Counts of picking.
-    pub fn picks(&self) -> PickCounts {
-        self.picks
-    }
-
-    /// Counts of searches around points.
-    pub fn reaches(&self) -> ReachCounts {
-        self.reaches
-    }
-
-    /// The settings of the current index; an index that is built later gets them, too.
-    pub fn plan(&self) -> &CullingPlan {
-        &self.plan
+    /// Counts of searches.
+    pub fn searches(&self) -> SearchCounts {
+        self.searches
     }
 
     /// Inserts the whole model into another index, or again into the same index. The inserted model includes all
@@ -213,7 +154,7 @@ impl Culling {
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
         let record = self.pipeline.frame_of_views(scene, changes, views);
         self.all.clear();
-        if !self.stages.frustum {
+        if !self.culls_by_frustum {
             self.all.extend(scene.visible_ids());
         }
         record
@@ -228,7 +169,7 @@ impl Culling {
     pub fn drawn(&self, view: usize) -> &VisibleBlocks {
         static NOTHING: VisibleBlocks = VisibleBlocks::new();
         match self.pipeline.draw_lists().get(view) {
-            Some(list) if self.stages.frustum => list,
+            Some(list) if self.culls_by_frustum => list,
             Some(_) => &self.all,
             None => &NOTHING,
         }
@@ -276,32 +217,27 @@ impl Culling {
         let mut tests = 0;
         let mut meet = |id: PolygonId| {
             tests += 1;
-            // The index may be a frame behind the scene.
-            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
-            if is_there && counts(scene.stroke_of(id)) { meet_polygon(scene, id, ray) } else { None }
+            let is_met = is_there(scene, id) && counts(scene.stroke_of(id));
+            // From either side.
+            is_met.then(|| scene.polygon_from(id, ray.origin, Vec3::Y).meet(ray)).flatten()
         };
         let mut found = self.pipeline.ray_nearest(scene, ray, f32::MAX, &mut meet);
-        for change in waiting {
-            if let Change::Insert(id) | Change::Update(id) = *change
-                && let Some(t) = meet(id)
+        for id in changed(waiting) {
+            if let Some(t) = meet(id)
                 && found.is_none_or(|(_, nearest)| t < nearest)
             {
                 found = Some((id, t));
             }
         }
-        self.picks.rays += 1;
-        self.picks.tests += tests;
+        self.searches.rays += 1;
+        self.searches.tests += tests;
         found
     }
 
     /// The strokes with a polygon in a region of space. `waiting` are the changes that no frame has applied to the
     /// index yet.
     pub fn strokes_in(&mut self, scene: &Scene, waiting: &[Change], part: &Part) -> Vec<StrokeId> {
-        // The index may be a frame behind the scene.
-        let mut is_in = |id: PolygonId| {
-            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
-            is_there && part.touches(&scene.polygon(id))
-        };
+        let mut is_in = |id: PolygonId| is_there(scene, id) && part.touches(&scene.polygon(id));
         self.found.clear();
         match part {
             Part::Box(bounds) => {
@@ -310,12 +246,7 @@ impl Culling {
             }
             Part::Sphere(sphere) => self.pipeline.sphere_query(scene, sphere, &mut is_in, &mut self.found),
         }
-        let late = waiting.iter().filter_map(|change| match *change {
-            Change::Insert(id) | Change::Update(id) => Some(id),
-            // A polygon of a group that moves as a whole is found at its current position.
-            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
-        });
-        self.found.extend(late.filter(|&id| is_in(id)));
+        self.found.extend(changed(waiting).filter(|&id| is_in(id)));
         self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
     }
 
@@ -332,23 +263,26 @@ impl Culling {
         let reach = Aabb::cube(point, 2.0 * reach_m);
         self.found.clear();
         self.pipeline.box_query(scene, &reach, &mut self.found);
-        self.found.extend(waiting.iter().filter_map(|change| match *change {
-            Change::Insert(id) | Change::Update(id) => Some(id),
-            // A polygon of a group that moves as a whole is found at its current position.
-            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
-        }));
-        self.reaches.points += 1;
-        self.reaches.polygons += self.found.len() as u64;
-        // The index may be a frame behind the scene.
-        let is_there = |id: PolygonId| id.index() < scene.polygon_count() && scene.is_visible(id);
-        let is_near = |id: &PolygonId| is_there(*id) && scene.bounds(*id).intersects(&reach);
+        self.found.extend(changed(waiting));
+        self.searches.points += 1;
+        self.searches.near += self.found.len() as u64;
+        let is_near = |id: &PolygonId| is_there(scene, *id) && scene.bounds(*id).intersects(&reach);
         let distance = |id: &PolygonId| scene.bounds(*id).distance_squared(point);
         let near = self.found.iter().copied().filter(is_near);
         near.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
     }
 }
 
-/// The ray parameter at which a ray hits a polygon, from either side.
-fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
-    scene.polygon_from(id, ray.origin, Vec3::Y).meet(ray)
+/// Whether a polygon of the index is in the scene, which may be a frame ahead.
+pub(super) fn is_there(scene: &Scene, id: PolygonId) -> bool {
+    id.index() < scene.polygon_count() && scene.is_visible(id)
+}
+
+/// The polygons that these changes insert or move. A polygon of a group that moves as a whole is found at its current
+/// position.
+fn changed(waiting: &[Change]) -> impl Iterator<Item = PolygonId> + '_ {
+    waiting.iter().filter_map(|change| match *change {
+        Change::Insert(id) | Change::Update(id) => Some(id),
+        Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
+    })
 }

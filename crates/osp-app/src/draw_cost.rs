@@ -36,7 +36,6 @@ impl DrawCost {
         self.covariance = (1.0 - weight) * (self.covariance + weight * by_polygons * by_ns);
     }
 
-    /// Number of frames so far.
     pub(super) fn frames(&self) -> u32 {
         self.frames
     }

@@ -113,7 +113,6 @@ impl Studio {
         }
     }
 
-    /// The mirror image of an unfinished stroke.
     pub(crate) fn twin_of(&self, stroke: Option<StrokeId>) -> Option<StrokeId> {
         self.input.twins.0.get(&stroke?).map(|(twin, _)| *twin)
     }

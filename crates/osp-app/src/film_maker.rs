@@ -32,7 +32,6 @@ impl Studio {
         self.work.film_maker.is_some()
     }
 
-    /// Writes a film: once around the finished model.
     pub(super) fn export_film(&mut self, path: &Path) {
         self.finish_gestures();
         self.apply_events();

@@ -91,11 +91,9 @@ pub(super) struct Gestures {
     pub(super) finger_came: bool,
     /// Whether a finger causes the gesture, not a mouse or a pen.
     pub(super) is_touch: bool,
-    /// Time of the frame, seconds.
     pub(super) frame_secs: f64,
     /// A finger that may become the first of several fingers.
     pub(super) resting: Option<Resting>,
-    /// Whether several fingers are on the window.
     pub(super) has_fingers: bool,
     pub(super) gesture: Option<Gesture>,
     pub(super) pressure: Option<f32>,
@@ -104,7 +102,6 @@ pub(super) struct Gestures {
 }
 
 impl Gestures {
-    /// Whether a gesture is in progress.
     pub(super) fn is_dragging(&self) -> bool {
         self.gesture.is_some()
     }
@@ -117,7 +114,6 @@ impl Gestures {
         }
     }
 
-    /// The movement of the selected strokes so far.
     pub(super) fn motion(&self) -> Motion {
         match self.gesture {
             Some(Gesture::Move { by, .. }) => Motion::by(by),

@@ -112,14 +112,12 @@ impl Studio {
     }
 
     pub(crate) fn name_group(&mut self, group: GroupId, name: &str) {
-        let end =
-            (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev().find(|&end| name.is_char_boundary(end));
         let scene = self.session.scene();
         if scene.group_transform(group).is_none() {
             return;
         }
         let (t, parent) = (self.now_secs(), scene.parent_of(group));
-        let name = Some(name[..end.unwrap_or(0)].to_owned());
+        let name = Some(name[..name.floor_char_boundary(Event::MAX_GROUP_NAME_BYTES)].to_owned());
         self.events.push(Event::Group { author: Author::SOLE, t, group, strokes: Vec::new(), parent, name });
     }
 
@@ -148,16 +146,5 @@ impl Studio {
             group,
             to: placing.after(&before, middle),
         });
-    }
-
-    /// The event that moves the selection if it is a whole group. It takes one line of the file and one edit, for any
-    /// number of strokes.
-    pub(crate) fn moved_group(&self, by: Vec3) -> Option<Event> {
-        let (group, scene) = (self.selected_group()?, self.scene());
-        let before = scene.group_transform(group)?;
-        let from = scene.in_parent_of(group, Vec3::ZERO)?;
-        let way = scene.in_parent_of(group, by)? - from;
-        let to = Transform { p: before.p + way, ..before };
-        Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
     }
 }

@@ -3,6 +3,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use crate::{
+    layers::circle,
     navigator::{on_plane_through, pixel_m},
     studio::Studio,
     tool::ToolChoice,
@@ -67,11 +68,7 @@ impl Ring {
     }
 
     pub(super) fn draw(&self, out: &mut LineBatch) {
-        const CORNERS: usize = 64;
-        let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
-            let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
-            self.middle + (self.right * angle.cos() + self.up * angle.sin()) * self.radius_m
-        });
+        let corners = circle::<64>(self.middle, self.right * self.radius_m, self.up * self.radius_m);
         out.outline(&corners, COLOR, Depth::Through);
         let (knob, half_m) = (self.knob(), KNOB_PX * self.pixel_m);
         let (x, y) = (self.right * half_m, self.up * half_m);

@@ -24,7 +24,7 @@ use thiserror::Error;
 use history::History;
 use osp_session::{
     platform::time::Instant,
-    recording::{Event, EventSource, Header, RecordingError, StrokeId},
+    recording::{Event, Header, RecordingError, StrokeId},
 };
 
 pub use autosaves::{Autosave, Autosaves};
@@ -50,12 +50,8 @@ pub struct Journal {
     file: Option<SessionFile>,
     path: PathBuf,
     is_named: bool,
-    /// Number of events when the session was opened or last saved under a name.
-    first_events: u64,
-    /// Whether events have been added since then.
+    /// Whether events have been added since the session was opened or last saved under a name.
     is_changed: bool,
-    /// Whether the file from which the session was opened no longer exists, so that only the journal has its events.
-    has_lost_origin: bool,
     trouble: Option<Trouble>,
     tried_at: Instant,
     shelter: Option<SessionFile>,
@@ -114,9 +110,7 @@ impl Journal {
             file,
             path,
             is_named: true,
-            first_events: 0,
             is_changed: false,
-            has_lost_origin: false,
             trouble: None,
             tried_at: Instant::now(),
             shelter: None,
@@ -146,7 +140,6 @@ impl Journal {
         Self::new(Some(file), path, header, autosaves)
     }
 
-    /// The journal of a read-only session.
     pub(super) fn of_reader(
         path: &Path,
         header: Header,
@@ -162,16 +155,12 @@ impl Journal {
     }
 
     /// Adds events that were read from the session's file.
-    ///
-    /// # Errors
-    /// An event is invalid in a recording.
     pub(super) fn note(&mut self, lines: &Lines) -> Result<(), RecordingError> {
         self.history.push_read(lines)
     }
 
     /// Records that the session was opened with the current events. Its file, if it exists, already has these events.
     pub(super) fn start(&mut self) -> Result<(), RecordingError> {
-        self.first_events = self.history.events();
         match &mut self.file {
             Some(file) => file.follow_from_here(&self.history),
             None => Ok(()),
@@ -185,7 +174,6 @@ impl Journal {
         }
     }
 
-    /// Makes the session unnamed.
     pub(super) fn forget_name(&mut self) {
         self.is_named = false;
     }
@@ -213,11 +201,6 @@ impl Journal {
     /// Whether events were added since the session was opened or saved under a name.
     pub fn is_changed(&self) -> bool {
         self.is_changed
-    }
-
-    /// Number of events since the session was opened or saved under a name.
-    pub fn new_events(&self) -> u64 {
-        if self.is_changed { self.history.events() - self.first_events } else { 0 }
     }
 
     /// Reason for which the file cannot be written; `None` if it can.
@@ -258,12 +241,10 @@ impl Journal {
         is_there.then(|| format!("{what} in {}", self.path.display()))
     }
 
-    /// Returns and clears the messages to the user.
     pub(super) fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }
 
-    /// Whether a path leads to the session's file.
     pub(super) fn is_at(&self, path: &Path) -> bool {
         self.file.as_ref().is_some_and(|file| file.is_at(path))
     }
@@ -279,17 +260,11 @@ impl Journal {
     }
 
     /// Adds an event that the next call of [`Journal::write_pending`] writes, together with others.
-    ///
-    /// # Errors
-    /// The event is invalid in a recording, and is skipped.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)
     }
 
     /// The events that drew these strokes, in order.
-    ///
-    /// # Errors
-    /// The machine has not enough memory for them.
     pub(super) fn events_of(&mut self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
         self.history.write_lines().map_err(std::io::Error::other)?;
         self.history.events_of(strokes)
@@ -403,7 +378,6 @@ impl Journal {
             lost.release();
         }
         (self.trouble, self.shelter_failed_at) = (None, None);
-        self.has_lost_origin = true;
     }
 
     /// Writes the whole session to the file `to`, which becomes the session's file. An existing file is replaced.
@@ -460,46 +434,8 @@ impl Journal {
     /// Records that the session was saved under a name: only later events count as unsaved.
     fn note_name(&mut self, to: &Path) {
         self.path = to.to_owned();
-        (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
-        self.first_events = self.history.events();
+        (self.is_named, self.is_changed) = (true, false);
         (self.trouble, self.shelter_failed_at) = (None, None);
-    }
-
-    /// Restores the session and its file to the state when it was opened or saved under a name. Returns the events of
-    /// this state.
-    ///
-    /// # Errors
-    /// The machine has not enough memory; nothing has changed.
-    pub(super) fn discard(&mut self) -> Result<Vec<Event>, RecordingError> {
-        self.history.write_lines()?;
-        let mut history = History::new(self.history.header().clone())?;
-        let mut events = Vec::new();
-        let mut reader = self.history.read()?;
-        while history.events() < self.first_events
-            && let Some(event) = reader.next_event()?
-        {
-            // The lines are copied, so that the history has the same length as its part of the file.
-            let mut read = Lines::default();
-            read.push(event.clone(), reader.line());
-            history.push_read(&read)?;
-            events.push(event);
-        }
-        self.history = history;
-        self.is_changed = false;
-        if let Some(shelter) = self.shelter.take() {
-            shelter.remove();
-        }
-        let now = Instant::now();
-        match self.file.as_mut().map(SessionFile::revert) {
-            Some(Err(trouble)) if self.history.events() > 0 => self.handle(trouble, now),
-            Some(Err(trouble)) => self.trouble = Some(trouble),
-            Some(Ok(())) | None => self.trouble = None,
-        }
-        if self.has_lost_origin && self.history.events() > 0 {
-            self.is_changed = true;
-            self.catch_up(now);
-        }
-        Ok(events)
     }
 
     /// Writes all events to the file and flushes it to the disk.
@@ -561,9 +497,6 @@ impl Journal {
     }
 
     /// Ends the session but leaves it marked as open, so that the next `osp sketch` restores it.
-    ///
-    /// # Errors
-    /// A part of the session could not be written.
     pub(super) fn leave_open(mut self) -> Result<(), Unwritten> {
         let settled = self.settle();
         self.file.into_iter().chain(self.shelter).for_each(SessionFile::leave);

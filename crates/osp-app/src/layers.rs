@@ -211,12 +211,15 @@ pub(super) fn draw_plane(view: &View, at: Vec3, half_m: f32, out: &mut LineBatch
 
 /// Draws the pointer in space: a circle of radius `radius_m`, half the width of the brush.
 pub(super) fn draw_cursor(view: &View, at: Vec3, radius_m: f32, color: LineColor, out: &mut LineBatch) {
-    const CORNERS: usize = 24;
     let q = view.world_from_view;
     let (right, up) = (rotate(q, Vec3::X) * radius_m, rotate(q, Vec3::Y) * radius_m);
-    let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
+    out.outline(&circle::<24>(at, right, up), color, Depth::Through);
+}
+
+/// Points of a circle; `right` and `up` lead from the middle to two of them.
+pub(super) fn circle<const CORNERS: usize>(middle: Vec3, right: Vec3, up: Vec3) -> [Vec3; CORNERS] {
+    std::array::from_fn(|i| {
         let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
-        at + right * angle.cos() + up * angle.sin()
-    });
-    out.outline(&corners, color, Depth::Through);
+        middle + right * angle.cos() + up * angle.sin()
+    })
 }

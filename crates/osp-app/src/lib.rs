@@ -60,7 +60,7 @@ mod working;
 
 pub use altering::Altering;
 pub use command::Command;
-pub use culling::{Culling, CullingPlan, Indexed, PickCounts, ReachCounts, Reindexed, Stages};
+pub use culling::{Culling, CullingPlan, Indexed, Reindexed, SearchCounts};
 pub use drawing_aids::Aids;
 pub use film_maker::{FilmMaker, MakeFilm};
 pub use fingers::Fingers;
@@ -87,4 +87,4 @@ pub use tool::{Span, ToolChoice};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;
 pub use window::{MonitorInfo, WindowError, WindowOptions, run};
-pub use working::{Reading, ReplayStart, Waited, WorkShown};
+pub use working::{ReplayStart, WorkShown};

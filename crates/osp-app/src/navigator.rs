@@ -57,7 +57,6 @@ impl Navigator {
         self.camera_near_m = camera.and_then(|camera| camera.near_m);
     }
 
-    /// Near distance, metres.
     fn near_m(&self) -> f32 {
         match self.camera_near_m {
             Some(near_m) => near_m.min(CAMERA_NEAR_PART * self.distance_m),
@@ -209,6 +208,7 @@ pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
 /// The point under a position on the screen (-1 to 1), on the plane through `anchor` parallel to the screen.
 pub(crate) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
     let ray = view.ray_through(at);
+    // The ray's parameter is the distance along the view direction.
     let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
     ray.origin + ray.direction * distance_m
 }

@@ -1,6 +1,6 @@
 use glam::{DVec3, Vec3};
 
-use super::layers::draw_outlines;
+use super::{culling::is_there, layers::draw_outlines};
 use osp::{
     math::Aabb,
     occlusion::{Score, SelectConfig},
@@ -188,7 +188,6 @@ impl OcclusionSteps {
         named.collect()
     }
 
-    /// Whether a further frame is needed to show the steps.
     pub(crate) fn waits(&self) -> bool {
         self.is_stale || self.is_new
     }
@@ -329,8 +328,4 @@ impl ViewSteps {
             out.outline(&corners, LATEST, Depth::Through);
         }
     }
-}
-
-fn is_there(scene: &Scene, id: PolygonId) -> bool {
-    id.index() < scene.polygon_count() && scene.is_visible(id)
 }

@@ -1,6 +1,8 @@
 //! The layers of a session in the window, with their names and states. New strokes are drawn on the current layer.
 
-use crate::studio::Studio;
+use std::collections::BTreeMap;
+
+use crate::{altering::assign, studio::Studio};
 use osp_session::recording::{Author, Event, Paint};
 
 /// A layer as the window shows it.
@@ -106,7 +108,6 @@ impl Studio {
         !self.scene().may_touch(self.author(), layer)
     }
 
-    /// Whether an edit of the layers would have an effect now.
     pub(crate) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
         let chosen = self.input.brush.layer;
         self.can_draw()
@@ -130,66 +131,50 @@ impl Studio {
         }
         let t = self.now_secs();
         let chosen = self.session_layer(self.input.brush.layer);
-        let change = |layer, name, hidden, locked| Event::Layer {
+        let change = |layer, name, hidden, locked, mine| Event::Layer {
             author: Author::SOLE,
             t,
             layer,
             name,
             hidden,
             locked,
-            mine: None,
+            mine,
         };
+        let hide = |layer, hidden| change(layer, None, Some(hidden), None, None);
+        let lock = |layer, locked| change(layer, None, None, Some(locked), None);
         match edit {
             LayerEdit::New => {
                 let layer = self.session_layers().len() as u32;
                 let name = Some(format!("layer {}", layer + 1));
-                self.events.push(change(layer, name, Some(false), None));
+                self.events.push(change(layer, name, Some(false), None, None));
                 self.input.brush.layer = layer;
             }
             LayerEdit::Choose(layer) => self.input.brush.layer = layer,
             LayerEdit::Name(layer, mut name) => {
-                let end = (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev();
-                let end = end.into_iter().find(|&end| name.is_char_boundary(end));
-                name.truncate(end.unwrap_or(0));
-                self.events.push(change(layer, Some(name), None, None));
+                name.truncate(name.floor_char_boundary(Event::MAX_GROUP_NAME_BYTES));
+                self.events.push(change(layer, Some(name), None, None, None));
             }
-            LayerEdit::ToggleHidden => {
-                self.events.push(change(chosen.layer, None, Some(!chosen.is_hidden), None))
-            }
-            LayerEdit::ToggleLocked => {
-                self.events.push(change(chosen.layer, None, None, Some(!chosen.is_locked)));
-            }
-            LayerEdit::Hide(layer, hidden) => self.events.push(change(layer, None, Some(hidden), None)),
-            LayerEdit::Lock(layer, locked) => self.events.push(change(layer, None, None, Some(locked))),
+            LayerEdit::ToggleHidden => self.events.push(hide(chosen.layer, !chosen.is_hidden)),
+            LayerEdit::ToggleLocked => self.events.push(lock(chosen.layer, !chosen.is_locked)),
+            LayerEdit::Hide(layer, hidden) => self.events.push(hide(layer, hidden)),
+            LayerEdit::Lock(layer, locked) => self.events.push(lock(layer, locked)),
             LayerEdit::Close(layer, is_closed) => {
-                let mut event = change(layer, None, None, None);
-                if let Event::Layer { mine, .. } = &mut event {
-                    *mine = Some(is_closed);
-                }
-                self.events.push(event);
+                self.events.push(change(layer, None, None, None, Some(is_closed)));
             }
             LayerEdit::TakeSelection => {
                 // An event repeats the header's setting of the layer, so that the setting also applies to new strokes.
                 let state = self.scene().layer_states().get(&chosen.layer);
                 if state.is_none_or(|state| state.hidden.is_none()) {
-                    self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));
+                    self.events.push(hide(chosen.layer, chosen.is_hidden));
                 }
-                let strokes = self.input.selection.strokes().to_vec();
-                let parts = strokes.chunks(Event::MAX_STROKES_NAMED);
-                let layer = chosen.layer;
-                self.events.extend(parts.map(|part| Event::Assign {
-                    author: Author::SOLE,
-                    t,
-                    layer,
-                    strokes: part.to_vec(),
-                }));
+                let layers = BTreeMap::from([(chosen.layer, self.input.selection.strokes().to_vec())]);
+                assign(t, layers, &mut self.events);
             }
         }
         self.apply_events();
         self.deselect_locked();
     }
 
-    /// Deselects strokes on hidden or locked layers.
     pub(crate) fn deselect_locked(&mut self) {
         let scene = self.session.scene();
         let is_loose = |id: &osp_session::recording::StrokeId| {

@@ -7,14 +7,14 @@ use winit::window::Window;
 use super::{
     room::RoomView,
     studio::Studio,
-    wall_surface::{WallWindow, begin_black, create_surface, window_surface, within},
+    wall_surface::{WallWindow, acquire, begin_black, create_surface, within},
     walls::Wall,
 };
 use osp::frame::{Reading, StageClock};
 use osp_render::{
-    Acquired, Area, Colors, ComingImage, DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, Layer,
-    LinePass, PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target,
-    ViewSlot, WindowSurface,
+    Area, Colors, ComingImage, DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, Layer, LinePass,
+    PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot,
+    WindowSurface,
 };
 
 /// Style of culled polygons outside of the view.
@@ -42,22 +42,6 @@ pub(super) struct PaintTimes {
     pub(super) is_shown: bool,
 }
 
-/// Reason for which painting stopped.
-#[derive(Debug)]
-pub(super) enum PaintError {
-    /// The surface is lost; a new surface may work.
-    SurfaceLost,
-    /// The device is lost; a new device may work.
-    Render(RenderError),
-}
-
-impl From<RenderError> for PaintError {
-    fn from(error: RenderError) -> Self {
-        Self::Render(error)
-    }
-}
-
-/// The GPU resources of a view.
 struct Pane {
     slot: ViewSlot,
     target: Target,
@@ -79,6 +63,7 @@ const MOST_TIME_S: f64 = 1000.0;
 pub(super) struct Painter {
     gpu: Arc<Gpu>,
     renderer: Renderer,
+    window: Arc<Window>,
     surface: WindowSurface,
     show: ShowPass,
     pyramid: PyramidPass,
@@ -125,6 +110,7 @@ impl Painter {
         Ok(Self {
             gpu,
             renderer,
+            window,
             surface,
             show,
             pyramid,
@@ -174,12 +160,6 @@ impl Painter {
         }
     }
 
-    /// Creates the window's surface again after it was lost.
-    pub(super) fn replace_surface(&mut self, window: &Arc<Window>) -> Result<(), RenderError> {
-        self.surface = window_surface(&self.gpu, window)?;
-        Ok(())
-    }
-
     /// The picture of the model on the first screen in the last frame; on a web page it is available later.
     pub(super) fn picture(&self) -> Result<ComingImage, RenderError> {
         let pane = self.panes.first();
@@ -198,7 +178,7 @@ impl Painter {
         studio: &mut Studio,
         model: Area,
         mut panels: Panels,
-    ) -> Result<PaintTimes, PaintError> {
+    ) -> Result<PaintTimes, RenderError> {
         // The textures are updated first, even if the frame fails, because egui sends each texture once.
         for (id, deltas) in panels.textures.set.drain() {
             for delta in &deltas {
@@ -218,7 +198,7 @@ impl Painter {
         studio: &mut Studio,
         model: Area,
         panels: &Panels,
-    ) -> Result<PaintTimes, PaintError> {
+    ) -> Result<PaintTimes, RenderError> {
         let start = self.clock.start();
         self.follow(studio);
         let views = studio.views().to_vec();
@@ -250,14 +230,11 @@ impl Painter {
         let send_ns = self.clock.since(start).ns;
         let is_on_wall = self.paint_walls(studio, &views)?;
 
-        let is_shown = match self.surface.acquire(&self.gpu)? {
-            Acquired::Frame(frame) => {
-                self.show_frame(frame, studio, &views, model, panels);
-                true
-            }
-            Acquired::Nothing => false,
-            Acquired::Lost => return Err(PaintError::SurfaceLost),
-        };
+        let frame = acquire(&self.gpu, &mut self.surface, &self.window)?;
+        let is_shown = frame.is_some();
+        if let Some(frame) = frame {
+            self.show_frame(frame, studio, &views, model, panels);
+        }
         // The poll receives the times of earlier frames; an empty queue is no error.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         self.gpu.check()?;
@@ -286,7 +263,6 @@ impl Painter {
         }
     }
 
-    /// Uploads the changes of the studio's scene to the GPU.
     fn follow(&mut self, studio: &mut Studio) {
         let pending = studio.take_pending();
         if pending.is_other_scene {
@@ -311,7 +287,6 @@ impl Painter {
         self.follow_overlay(studio);
     }
 
-    /// Prepares the pane of a view.
     fn prepare(
         &mut self,
         studio: &Studio,
@@ -344,7 +319,7 @@ impl Painter {
         let picture = self.merges.then_some((width, height));
         self.renderer.set_light_budget(&mut pane.slot, picture);
         self.renderer.set_detail(&mut pane.slot, picture);
-        let wanted = studio.culling().occlusion().while_drawing();
+        let wanted = studio.culling().plan.occlusion.while_drawing();
         let is_refused = self.cannot_cull.as_ref().is_some_and(|(refused, _)| *refused == wanted);
         let wanted = if is_refused { GpuOcclusion::None } else { wanted };
         if pane.slot.occlusion() != wanted
@@ -433,7 +408,7 @@ impl Painter {
     }
 
     /// Draws the windows of a rig's screens. Returns whether at least one window is visible.
-    fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<bool, PaintError> {
+    fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<bool, RenderError> {
         if self.walls.is_empty() {
             return Ok(false);
         }
@@ -441,7 +416,7 @@ impl Painter {
         encode_panes(&self.renderer, self.over.as_ref(), &mut self.panes, &mut encoder);
         let mut frames = Vec::new();
         for wall in &mut self.walls {
-            let Some(frame) = wall.acquire(&self.gpu)? else { continue };
+            let Some(frame) = acquire(&self.gpu, &mut wall.surface, &wall.window)? else { continue };
             let shown = self.panes.iter().map(|pane| &pane.shown);
             wall.draw(&mut encoder, &frame, studio.room(), shown.zip(views));
             frames.push(frame);

@@ -1,6 +1,9 @@
 use glam::{Quat, Vec2, Vec3};
 
-use super::{navigator::pixel_m, paint_layers::on_layer};
+use super::{
+    navigator::{on_plane_through, pixel_m},
+    paint_layers::on_layer,
+};
 use osp::{math::rotate, view::View};
 use osp_session::{
     brush,
@@ -123,11 +126,7 @@ pub struct PenPoint<'a> {
 impl PenPoint<'_> {
     /// The point under the pointer on the plane through `anchor` parallel to the window.
     fn on_plane(&self, anchor: Vec3) -> Vec3 {
-        let ray = self.view.ray_through(self.at);
-        let forward = self.view.forward_in_world();
-        // The ray's parameter is the distance along the view direction.
-        let distance_m = (anchor - ray.origin).dot(forward).max(self.view.projection.near_m * 2.0);
-        ray.origin + ray.direction * distance_m
+        on_plane_through(self.view, self.at, anchor)
     }
 
     /// Orientation of a stroke that lies parallel to the window. The x axis of the pose is a plain ribbon's normal and

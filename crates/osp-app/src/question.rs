@@ -19,12 +19,7 @@ use osp_session::{
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Another window draws on the session that is to be opened.
-    Held {
-        /// The holder of the session's lock.
-        held: OpenElsewhere,
-        /// Whether the window already shows the session, read-only.
-        is_shown: bool,
-    },
+    Held(OpenElsewhere),
     /// The session would be opened as a copy, and an earlier copy has edits.
     Edits(Autosave),
     /// The session that is to be opened is damaged.
@@ -44,13 +39,6 @@ pub enum Question {
         is_kept: bool,
         /// The command to execute afterwards.
         then: Then,
-    },
-    /// Everything drawn since the session was opened or saved under a name would be discarded.
-    Discard {
-        /// Number of events to discard.
-        events: u64,
-        /// Whether the session has no other events.
-        is_all: bool,
     },
 }
 
@@ -84,8 +72,6 @@ pub enum Answer {
     SaveAs,
     /// Continue: with the edits, or without the unwritten part.
     GoOn,
-    /// Discard the new events.
-    Discard,
     /// Change nothing.
     Cancel,
 }
@@ -94,19 +80,18 @@ impl Question {
     /// The title of the question.
     pub fn title(&self) -> &'static str {
         match self {
-            Self::Held { .. } => "This session is open in another window",
+            Self::Held(_) => "This session is open in another window",
             Self::Edits(_) => "Continue with the edits?",
             Self::Damaged { .. } => "Damaged session",
             Self::Replace(..) => "Replace the file?",
             Self::Unwritten { .. } => "Not everything is written",
-            Self::Discard { .. } => "Discard what was drawn?",
         }
     }
 
     /// The text of the question.
     pub fn text(&self) -> String {
         match self {
-            Self::Held { held, .. } => {
+            Self::Held(held) => {
                 let name = held.session().file_name().unwrap_or_default().to_string_lossy();
                 format!("{name} is open for drawing: {}.", held.holder())
             }
@@ -119,24 +104,13 @@ impl Question {
             Self::Damaged { damage, .. } => format!("{damage}. You can draw on a copy of the readable part."),
             Self::Replace(path, _) => format!("{} exists already.", path.display()),
             Self::Unwritten { reason, .. } => format!("{reason}."),
-            Self::Discard { events, is_all } => {
-                let since = if *is_all { "began" } else { "was opened, or saved under a name" };
-                format!(
-                    "{events} changes since this session {since} will be deleted, also in its file. They cannot be brought back."
-                )
-            }
         }
     }
 
     /// The possible answers, with the labels of their buttons.
     pub fn answers(&self) -> &'static [(Answer, &'static str)] {
         match self {
-            Self::Held { is_shown: true, .. } => &[
-                (Answer::Look, "Only look"),
-                (Answer::Copy, "Draw on a copy"),
-                (Answer::TryAgain, "Try again"),
-            ],
-            Self::Held { is_shown: false, .. } => &[
+            Self::Held(_) => &[
                 (Answer::Look, "Only look"),
                 (Answer::Copy, "Draw on a copy"),
                 (Answer::TryAgain, "Try again"),
@@ -159,7 +133,6 @@ impl Question {
                 (Answer::GoOn, "Continue, lose the events"),
                 (Answer::Cancel, "Back"),
             ],
-            Self::Discard { .. } => &[(Answer::Discard, "Discard"), (Answer::Cancel, "Cancel")],
         }
     }
 
@@ -167,14 +140,6 @@ impl Question {
     pub fn first_answer(&self) -> Answer {
         match self {
             Self::Edits(_) => Answer::GoOn,
-            _ => self.safe_answer(),
-        }
-    }
-
-    /// The answer that changes nothing, for the key Escape.
-    pub fn safe_answer(&self) -> Answer {
-        match self {
-            Self::Held { is_shown: true, .. } => Answer::Look,
             _ => Answer::Cancel,
         }
     }
@@ -259,13 +224,7 @@ impl Studio {
     /// Shows the choices for a session that could not be opened, or reports the error.
     pub(crate) fn report_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
         match error {
-            OpenError::Held(held) => {
-                // Another window still has the session open, and this window already shows it read-only.
-                let is_shown = !self.session.is_replay()
-                    && self.session.is_read_only()
-                    && self.session.path() == held.session();
-                self.ask(Question::Held { held, is_shown });
-            }
+            OpenError::Held(held) => self.ask(Question::Held(held)),
             error if error.is_damage() && !how.lenient => {
                 self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
             }
@@ -312,26 +271,16 @@ impl Studio {
         check_output(path, endings, true).map_err(|error| error.to_string())
     }
 
-    pub(crate) fn ask_to_discard(&mut self) {
-        self.finish_gestures();
-        let events = self.session.journal().new_events();
-        if events > 0 && !self.session.is_shared() {
-            let is_all = self.session.event_count() == events;
-            self.ask(Question::Discard { events, is_all });
-        }
-    }
-
-    /// Handles the user's answer to the open question.
     pub(crate) fn answer(&mut self, answer: Answer) {
         let may_open = |question: &Question| {
-            matches!(question, Question::Held { .. } | Question::Edits(_) | Question::Damaged { .. })
+            matches!(question, Question::Held(_) | Question::Edits(_) | Question::Damaged { .. })
         };
         if self.work.question.as_ref().is_some_and(may_open) && self.is_busy() {
             return;
         }
         let Some(question) = self.work.question.take() else { return };
         match (question, answer) {
-            (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
+            (Question::Held(held), _) => self.answer_held(&held, answer),
             (Question::Edits(edits), Answer::GoOn) => {
                 self.leave(Then::Open(edits.path().to_owned(), Opening::default()));
             }
@@ -340,31 +289,17 @@ impl Studio {
             }
             (Question::Replace(_, command), Answer::Replace) => self.write_file(*command, true),
             (Question::Unwritten { then, .. }, Answer::GoOn) => self.go(then),
-            (Question::Discard { .. }, Answer::Discard) => self.discard(),
             _ => {}
         }
     }
 
-    fn answer_held(&mut self, held: &OpenElsewhere, is_shown: bool, answer: Answer) {
+    fn answer_held(&mut self, held: &OpenElsewhere, answer: Answer) {
         let access = match answer {
-            Answer::Look if is_shown => return,
             Answer::Look => Access::ReadOnly,
             Answer::Copy => Access::Copy,
             Answer::TryAgain => Access::Write,
             _ => return,
         };
         self.leave(Then::Open(held.session().to_owned(), Opening::with(access)));
-    }
-
-    fn discard(&mut self) {
-        // Ends the strokes of the tracked hands. Their senders join the new session again.
-        self.end_hands_strokes();
-        let events = self.session.journal().new_events();
-        match self.session.discard() {
-            Ok(()) => self.show_message(format!("{events} events discarded")),
-            Err(error) => self.show_message(error.to_string()),
-        }
-        self.take_up_time();
-        self.take_session(None);
     }
 }

@@ -3,7 +3,7 @@ use glam::{Quat, Vec2, Vec3};
 use super::{
     navigator::Navigator,
     test_pattern,
-    tracker::{HandsState, Message},
+    tracker::{Message, Pose},
 };
 use osp::{
     math::{Aabb, rotate},
@@ -84,7 +84,6 @@ impl Room {
         }
     }
 
-    /// Draws the test pattern of a view, world space.
     pub(super) fn draw_pattern(&self, navigator: &Navigator, view: &RoomView, out: &mut LineBatch) {
         let Some(rig) = &self.rig else { return };
         let place = Self::place(rig, navigator);
@@ -116,7 +115,7 @@ impl Room {
     }
 
     /// Transforms a pose, position and orientation, from room space to world space.
-    pub fn pose_to_world(&self, navigator: &Navigator, (p, q): (Vec3, Quat)) -> (Vec3, Quat) {
+    pub fn pose_to_world(&self, navigator: &Navigator, (p, q): Pose) -> Pose {
         (self.to_world(navigator, p), self.turn_to_world(navigator, q))
     }
 
@@ -125,7 +124,7 @@ impl Room {
     }
 
     /// The rig's head position, and `world_from_head` transformed to room space; `None` without a rig.
-    pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
+    pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<Pose> {
         let rig = self.rig.as_ref()?;
         Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
     }
@@ -133,26 +132,15 @@ impl Room {
     /// A tracker's message with poses transformed to room space.
     pub fn message_to_room(&self, message: Message) -> Message {
         let Some(of_rig) = self.rig.as_ref().map(|rig| rig.room_from_tracker) else { return message };
-        match message {
-            Message::Head { p, q } => Message::Head { p: of_rig.point(p), q: of_rig.turn(q) },
-            Message::Hand { hand, p, q, pressure } => {
-                Message::Hand { hand, p: of_rig.point(p), q: of_rig.turn(q), pressure }
-            }
-            Message::Erase { p } => Message::Erase { p: of_rig.point(p) },
-            Message::Brush { .. } | Message::Undo | Message::Redo => message,
-        }
+        message.transformed(|p| of_rig.point(p), |q| of_rig.turn(q))
     }
 
     /// A message in room space with positions transformed to world space. The head stays in room space, because it
     /// determines the views of the screens.
     pub fn message_to_world(&self, navigator: &Navigator, message: Message) -> Message {
-        let point = |p| self.to_world(navigator, p);
         match message {
-            Message::Hand { hand, p, q, pressure } => {
-                Message::Hand { hand, p: point(p), q: self.turn_to_world(navigator, q), pressure }
-            }
-            Message::Erase { p } => Message::Erase { p: point(p) },
-            Message::Head { .. } | Message::Brush { .. } | Message::Undo | Message::Redo => message,
+            Message::Head { .. } => message,
+            _ => message.transformed(|p| self.to_world(navigator, p), |q| self.turn_to_world(navigator, q)),
         }
     }
 
@@ -160,12 +148,12 @@ impl Room {
     pub fn views(
         &self,
         navigator: &Navigator,
-        hands: &HandsState,
+        head: Option<Pose>,
         aspect: f32,
         bounds: &Aabb,
     ) -> Vec<RoomView> {
         let mut views = Vec::new();
-        self.views_into(navigator, hands, aspect, bounds, &mut views);
+        self.views_into(navigator, head, aspect, bounds, &mut views);
         views
     }
 
@@ -173,7 +161,7 @@ impl Room {
     pub fn views_into(
         &self,
         navigator: &Navigator,
-        hands: &HandsState,
+        head: Option<Pose>,
         aspect: f32,
         bounds: &Aabb,
         out: &mut Vec<RoomView>,
@@ -200,10 +188,10 @@ impl Room {
                 let (from, to) = (corner(from), corner(to));
                 let channels = self.channels_at(shown_at);
                 let seen = match &self.rig {
-                    Some(rig) => Self::on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
+                    Some(rig) => Self::on_screen(rig, &rig.screens[screen], eye, navigator, head, bounds),
                     None => {
                         let part = (to - from) * Vec2::new(aspect, 1.0);
-                        Some((at_desk(eye, navigator, hands, part.x / part.y, bounds), false))
+                        Some((at_desk(eye, navigator, head, part.x / part.y, bounds), false))
                     }
                 };
                 if let Some((view, is_clamped)) = seen {
@@ -228,10 +216,10 @@ impl Room {
         screen: &Screen,
         eye: Eye,
         navigator: &Navigator,
-        hands: &HandsState,
+        head: Option<Pose>,
         bounds: &Aabb,
     ) -> Option<(View, bool)> {
-        let (head, turn) = hands.head.unwrap_or((rig.head, Quat::IDENTITY));
+        let (head, turn) = head.unwrap_or((rig.head, Quat::IDENTITY));
         let tracked = rig.eye_in_room(eye, head, turn);
         let eye_in_room = screen.in_front(tracked, NEAREST_EYE_M);
         let place = Self::place(rig, navigator);
@@ -257,10 +245,9 @@ fn fitted(aspect: f32, into: f32) -> (Vec2, Vec2) {
     ((Vec2::ONE - size) * 0.5, size)
 }
 
-/// The view of an eye in front of a plain window.
-fn at_desk(eye: Eye, navigator: &Navigator, hands: &HandsState, aspect: f32, bounds: &Aabb) -> View {
+fn at_desk(eye: Eye, navigator: &Navigator, head: Option<Pose>, aspect: f32, bounds: &Aabb) -> View {
     let mut view = navigator.view(aspect, bounds);
-    if let Some((p, q)) = hands.head {
+    if let Some((p, q)) = head {
         (view.eye_in_world, view.world_from_view) = (p, q);
         view.projection.far_m = view.projection.far_m.max(far_m(p, bounds));
     }

@@ -3,7 +3,6 @@ use osp_session::recording::StrokeId;
 /// The selected strokes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// The strokes, ascending.
     strokes: Vec<StrokeId>,
 }
 

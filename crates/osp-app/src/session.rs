@@ -220,7 +220,7 @@ impl Session {
         }
     }
 
-    /// Whether other authors draw in the session, too. Such a session cannot be discarded.
+    /// Whether other authors draw in the session, too.
     pub fn is_shared(&self) -> bool {
         !matches!(self.source, Source::File | Source::Replay(_))
     }
@@ -432,7 +432,6 @@ impl Session {
         self.journal.tend(now);
     }
 
-    /// Retries failed writes.
     pub(super) fn retry(&mut self) {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &mut self.source {
@@ -442,9 +441,6 @@ impl Session {
     }
 
     /// Writes all events of the session, and the user's events that the server has not returned yet.
-    ///
-    /// # Errors
-    /// Some events could not be written.
     pub(super) fn settle(&mut self) -> Result<(), Unwritten> {
         self.journal.settle()?;
         match &mut self.source {
@@ -472,7 +468,6 @@ impl Session {
         !self.is_replay() && (self.model.scene.is_step_open() || self.is_shared())
     }
 
-    /// Number of the user's events that the server has not returned yet.
     pub(super) fn on_their_way(&self) -> usize {
         match &self.source {
             #[cfg(feature = "live")]
@@ -488,21 +483,6 @@ impl Session {
             Source::Live(live) => live.has_unread_events,
             _ => false,
         }
-    }
-
-    /// Restores the session and its file to the state when it was opened or last saved under a name.
-    ///
-    /// # Errors
-    /// The machine has not enough memory to read the session again. The session has not changed.
-    pub fn discard(&mut self) -> Result<(), RecordingError> {
-        if self.is_replay() {
-            return Ok(());
-        }
-        let events = self.journal.discard()?;
-        self.model = Model::default();
-        events.chunks(PIECE).for_each(|piece| self.model.apply_read(piece));
-        self.end_open_strokes();
-        Ok(())
     }
 
     /// Leaves a shared session; without the feature `live` no session is shared.

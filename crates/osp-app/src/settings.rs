@@ -138,12 +138,6 @@ impl Settings {
         file.commit().map(|_| ())
     }
 
-    /// The latest recent session that was saved beside this sketch of another program, under its name.
-    pub fn drawn_on(&self, sketch: &Path) -> Option<&PathBuf> {
-        let saved = std::path::absolute(sketch).ok()?.with_extension("ron");
-        self.recent.iter().find(|recent| **recent == saved)
-    }
-
     /// Moves a session to the front of the recent sessions.
     pub fn note_recent(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::{
+    layers::circle,
     navigator::on_plane_through,
     studio::Studio,
     tool::{Span, ToolChoice},
@@ -36,7 +37,6 @@ impl Part {
         }
     }
 
-    /// Whether a polygon intersects the region.
     pub(super) fn touches(&self, polygon: &ConvexPolygon) -> bool {
         match self {
             Self::Box(bounds) => polygon.touches(bounds),
@@ -45,19 +45,14 @@ impl Part {
     }
 }
 
-/// Draws two points, and the line, box or sphere between them.
 pub(super) fn draw_span(span: Span, from: Vec3, to: Vec3, out: &mut LineBatch) {
     const COLOR: LineColor = [120, 255, 200, 255];
-    const CORNERS: usize = 32;
     match Part::of(span, from, to) {
         None => {}
         Some(Part::Box(bounds)) => out.aabb(&bounds, COLOR, Depth::Through),
         Some(Part::Sphere(Sphere { center, radius_m })) => {
             for (right, up) in [(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::X)] {
-                let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
-                    let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
-                    center + (right * angle.cos() + up * angle.sin()) * radius_m
-                });
+                let corners = circle::<32>(center, right * radius_m, up * radius_m);
                 out.outline(&corners, COLOR, Depth::Through);
             }
         }

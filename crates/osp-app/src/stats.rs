@@ -175,23 +175,6 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_finds_a_stage_that_is_shorter_than_a_step_of_the_clock() {
-        // A stage of 9 µs on a clock of 100 µs, 60 times a second: the measured time is zero or a whole step.
-        let (step_ns, stage_ns) = (100_000, 9_000);
-        let told = |ns: u64| ns - ns % step_ns;
-        let mut history = History::default();
-        for frame in 0..History::MEAN_OF as u64 {
-            let start = frame * 16_661_803;
-            let mut times = FrameTimes::default();
-            times.set(FrameStage::Cull, told(start + stage_ns) - told(start));
-            assert!([0, step_ns].contains(&times.get(FrameStage::Cull)), "one frame alone tells nothing");
-            history.push(times);
-        }
-        let mean_ns = history.mean().get(FrameStage::Cull);
-        assert!(mean_ns.abs_diff(stage_ns) < 5_000, "{mean_ns} ns");
-    }
-
-    #[test]
     fn the_mean_of_passes_ends_with_a_frame_without() {
         let of = |ns| PassTimes { total_ns: 3 * ns, depth_ns: ns, test_ns: ns, color_ns: ns };
         let mut passes = PassHistory::default();

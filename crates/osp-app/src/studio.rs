@@ -3,7 +3,7 @@ use std::{
     time::Duration,
 };
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 #[cfg(feature = "live")]
 use super::session::Live;
@@ -14,11 +14,11 @@ use super::{
     layers::LayerChoice,
     navigator::Navigator,
     occlusion_steps::OcclusionSteps,
-    room::Room,
+    room::{Room, RoomView},
     session::{Opened, Replay, Session},
     spans::Part,
     tool::ToolChoice,
-    tracker::HandsState,
+    tracker::Pose,
 };
 use osp::{
     frame::StageClock,
@@ -253,7 +253,6 @@ impl Studio {
         self.messages.extend(opened.remarks);
     }
 
-    /// Time in the session, seconds.
     pub(super) fn now_secs(&self) -> f64 {
         self.resumed_secs + self.started.elapsed().as_secs_f64()
     }
@@ -317,7 +316,6 @@ impl Studio {
         self.strokes_ns += self.clock.since(start).ns;
     }
 
-    /// Shows a message that the session is read-only, except in a replay.
     fn report_read_only(&mut self) {
         if !self.session.is_replay() {
             self.show_once(READ_ONLY_MESSAGE);
@@ -332,31 +330,33 @@ impl Studio {
         None
     }
 
-    /// The poses for the views of the screens. In a replay on a rig, the recorded head acts as the tracked head while
+    /// The head for the views of the screens. In a replay on a rig, the recorded head acts as the tracked head while
     /// the camera follows it. Its position and direction move the room; its tilt moves only the eyes.
-    fn tracked_poses(&self) -> HandsState {
-        let hands = self.input.hands.state();
+    fn tracked_head(&self) -> Option<Pose> {
+        let head = self.input.hands.head();
         match self.session.replay() {
-            Some(replay) if self.follows_replay_camera() && hands.head.is_none() => {
-                HandsState { head: self.room.head_tilted_like(replay.view().world_from_view) }
+            Some(replay) if self.follows_replay_camera() && head.is_none() => {
+                self.room.head_tilted_like(replay.view().world_from_view)
             }
-            _ => hands,
+            _ => head,
         }
     }
 
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
     pub(super) fn view_at(&self, at: Vec2, aspect: f32) -> Option<(View, Vec2)> {
-        let hands = self.tracked_poses();
-        let views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
-        self.room.under(&views, at)
+        self.room.under(&self.views_of(aspect), at)
     }
 
-    /// The first polygon hit by a ray, among strokes for which `counts` returns `true`.
-    pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, f32)> {
-        self.culling.pick(self.session.scene(), self.session.changes(), ray, counts)
+    fn views_of(&self, aspect: f32) -> Vec<RoomView> {
+        self.room.views(&self.navigator, self.tracked_head(), aspect, &self.session.bounds())
     }
 
-    /// The strokes with a polygon in a region of space.
+    /// The first polygon hit by a ray, among strokes for which `counts` returns `true`, and the point that is hit.
+    pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, Vec3)> {
+        let (id, t) = self.culling.pick(self.session.scene(), self.session.changes(), ray, counts)?;
+        Some((id, ray.origin + ray.direction * t))
+    }
+
     pub(super) fn strokes_in(&mut self, part: &Part) -> Vec<StrokeId> {
         self.culling.strokes_in(self.session.scene(), self.session.changes(), part)
     }
@@ -405,8 +405,8 @@ impl Studio {
         self.pending.changes.extend_from_slice(&self.changes);
 
         let bounds = self.session.bounds();
-        let hands = self.tracked_poses();
-        self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.shown.views);
+        let head = self.tracked_head();
+        self.room.views_into(&self.navigator, head, aspect, &bounds, &mut self.shown.views);
         self.report_screens_behind();
         let eyes: Vec<View> = self.shown.views.iter().map(|view| view.view).collect();
         let cull_views = match &self.frozen {
@@ -427,7 +427,6 @@ impl Studio {
         self.shown.report
     }
 
-    /// Returns and clears the changes for the GPU scene.
     pub(super) fn take_pending(&mut self) -> Pending {
         std::mem::take(&mut self.pending)
     }
@@ -445,10 +444,6 @@ impl Studio {
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
     }
 
-    /// Writes all events of the session.
-    ///
-    /// # Errors
-    /// Some events could not be written.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn settle(&mut self) -> Result<(), Unwritten> {
         self.session.settle()
@@ -485,7 +480,7 @@ impl Studio {
     }
 
     /// The pose of the tracked head, world space.
-    pub fn head(&self) -> Option<(Vec3, Quat)> {
-        self.input.hands.state().head
+    pub fn head(&self) -> Option<Pose> {
+        self.input.hands.head()
     }
 }

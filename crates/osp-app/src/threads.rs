@@ -1,4 +1,4 @@
-//! Background work on threads. A web page has no threads, so the caller's thread does the work.
+//! Background work on threads. A web page has no threads: there the caller's thread does the work.
 
 /// An event from another thread, or from a page, which wakes the event loop.
 #[derive(Clone, Copy, Debug)]
@@ -13,42 +13,19 @@ pub(crate) fn in_background(name: &str, work: impl FnOnce() + Send + 'static) ->
     std::thread::Builder::new().name(name.to_owned()).spawn(work).map(drop)
 }
 
-/// Runs `make`, and runs `take` on another thread. `take` gets the items that `make` passes on, in order. Without
-/// threads (on a web page) each item is processed immediately. At most `ahead` items wait. Passing on an item returns
-/// `false` once `take` has failed.
+/// Runs `make`, and runs `take` on another thread. `take` gets the items that `make` passes on, in order. At most
+/// `ahead` items wait. Passing on an item returns `false` once `take` has failed.
 pub(crate) fn hand_over<T: Send, E: Send, R>(
     ahead: usize,
     take: impl FnMut(T) -> Result<(), E> + Send,
     make: impl FnOnce(&mut dyn FnMut(T) -> bool) -> R,
 ) -> (R, Result<(), E>) {
-    use std::sync::{Mutex, PoisonError, mpsc::sync_channel};
-
-    let take = Mutex::new(take);
     std::thread::scope(|scope| {
-        let (send, things) = sync_channel(ahead);
-        let of_thread = &take;
-        let work = move || {
-            let mut take = of_thread.lock().unwrap_or_else(PoisonError::into_inner);
-            things.into_iter().try_for_each(&mut *take)
-        };
-        let thread = match cfg!(target_arch = "wasm32") {
-            true => None,
-            false => std::thread::Builder::new().spawn_scoped(scope, work).ok(),
-        };
-        if let Some(taking) = thread {
-            let made = make(&mut |thing| send.send(thing).is_ok());
-            drop(send);
-            return (made, taking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-        }
-        let mut take = take.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut taken = Ok(());
-        let made = make(&mut |thing| {
-            if taken.is_ok() {
-                taken = take(thing);
-            }
-            taken.is_ok()
-        });
-        (made, taken)
+        let (send, things) = std::sync::mpsc::sync_channel(ahead);
+        let taking = scope.spawn(move || things.into_iter().try_for_each(take));
+        let made = make(&mut |thing| send.send(thing).is_ok());
+        drop(send);
+        (made, taking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 

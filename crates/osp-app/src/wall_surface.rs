@@ -11,7 +11,6 @@ use super::{
 use osp_render::{Acquired, Area, Channels, Gpu, RenderError, ShowPass, Shown, WindowSurface};
 use osp_session::rig::Viewport;
 
-/// A window of a rig's screens.
 pub(super) struct WallWindow {
     pub(super) wall: Wall,
     pub(super) window: Arc<Window>,
@@ -25,19 +24,6 @@ impl WallWindow {
         let surface = window_surface(gpu, &window)?;
         let show = ShowPass::new(gpu, surface.format());
         Ok(Self { wall, window, surface, show })
-    }
-
-    /// The next surface texture, if the system has one now.
-    pub(super) fn acquire(&mut self, gpu: &Gpu) -> Result<Option<wgpu::SurfaceTexture>, RenderError> {
-        match self.surface.acquire(gpu)? {
-            Acquired::Frame(frame) => return Ok(Some(frame)),
-            Acquired::Nothing => {}
-            Acquired::Lost => {
-                self.surface = window_surface(gpu, &self.window)?;
-                self.window.request_redraw();
-            }
-        }
-        Ok(None)
     }
 
     /// Draws the views of this window on its surface texture.
@@ -80,8 +66,25 @@ pub(super) fn create_surface(
     })
 }
 
+/// The next texture of a window's surface, if the system has one now. A lost surface is created again.
+pub(super) fn acquire(
+    gpu: &Gpu,
+    surface: &mut WindowSurface,
+    window: &Arc<Window>,
+) -> Result<Option<wgpu::SurfaceTexture>, RenderError> {
+    match surface.acquire(gpu)? {
+        Acquired::Frame(frame) => return Ok(Some(frame)),
+        Acquired::Nothing => {}
+        Acquired::Lost => {
+            *surface = window_surface(gpu, window)?;
+            window.request_redraw();
+        }
+    }
+    Ok(None)
+}
+
 /// A new surface of a window, of the window's size.
-pub(super) fn window_surface(gpu: &Gpu, window: &Arc<Window>) -> Result<WindowSurface, RenderError> {
+fn window_surface(gpu: &Gpu, window: &Arc<Window>) -> Result<WindowSurface, RenderError> {
     let size = window.inner_size();
     WindowSurface::new(gpu, create_surface(&gpu.instance, window)?, size.width, size.height)
 }

@@ -9,14 +9,12 @@ use osp_session::rig::{Eye, Eyes, Output, Stereo, Viewport};
 pub(super) struct Wall {
     /// The monitor by its name or number; `None` for a plain window.
     pub(super) monitor: Option<String>,
-    /// The window's title.
     pub(super) title: String,
     /// Aspect ratio, width divided by height, of the first screen on the wall.
     pub(super) aspect: f32,
     parts: Vec<Part>,
 }
 
-/// A screen on a wall.
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
     screen: usize,
@@ -76,7 +74,7 @@ impl Wall {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{navigator::Navigator, tracker::HandsState};
+    use crate::navigator::Navigator;
     use osp::math::Aabb;
     use osp_session::rig::Rig;
 
@@ -85,7 +83,7 @@ mod tests {
     }
 
     fn views(room: &Room) -> Vec<RoomView> {
-        room.views(&Navigator::default(), &HandsState::default(), 1.5, &Aabb::EMPTY)
+        room.views(&Navigator::default(), None, 1.5, &Aabb::EMPTY)
     }
 
     const LEFT: &str = "lower_left: (-1,0,0), lower_right: (0,0,-1), upper_left: (-1,1,0)";

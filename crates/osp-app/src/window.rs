@@ -27,7 +27,7 @@ pub use wall_windows::monitors;
 use wall_windows::open_walls;
 
 use super::{
-    painter::{PaintError, PaintTimes, Painter, Panels},
+    painter::{Painter, Panels},
     previews,
     stats::{FrameStage, FrameTimes},
     studio::Studio,
@@ -77,11 +77,9 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
     #[cfg(not(target_arch = "wasm32"))]
     {
         let outcome = prepared.and_then(|event_loop| app.run(event_loop));
-        let unread = app.studio.as_mut().and_then(Studio::take_unread);
-        let closed = app.studio.take().map_or(Ok(()), Studio::close);
         // An unwritten part of the session is the more important error.
-        closed?;
-        unread.map_or(outcome, |error| Err(error.into()))
+        app.studio.take().map_or(Ok(()), Studio::close)?;
+        outcome
     }
 }
 
@@ -120,9 +118,7 @@ struct WindowParts {
     picture: Option<(PathBuf, ComingImage)>,
 }
 
-/// The panels of a frame.
 struct LaidOut {
-    /// The model's part of the window.
     model: Area,
     panels: Panels,
     /// Time until the panels need the next frame.
@@ -130,7 +126,6 @@ struct LaidOut {
 }
 
 impl WindowParts {
-    /// Lays out the panels with the window's input.
     fn lay_out(&mut self, studio: &mut Studio, wake: Option<&EventLoopProxy<Wake>>) -> LaidOut {
         #[cfg_attr(not(target_arch = "wasm32"), expect(unused_mut, reason = "a page adds to it"))]
         let mut input = self.egui.take_egui_input(&self.window);
@@ -483,12 +478,7 @@ impl App {
         // Draw the model, and the panels over it.
         let painted = match live.painter.paint(studio, model, panels) {
             Ok(painted) => painted,
-            Err(PaintError::SurfaceLost) => {
-                live.painter.replace_surface(&live.window)?;
-                live.window.request_redraw();
-                PaintTimes::default()
-            }
-            Err(PaintError::Render(error)) => return self.recover(event_loop, error),
+            Err(error) => return self.recover(event_loop, error),
         };
 
         if painted.is_shown {

@@ -8,27 +8,15 @@ use std::{
     sync::{
         Arc,
         atomic::Ordering::Relaxed,
-        mpsc::{self, Receiver, RecvTimeoutError, TryRecvError},
+        mpsc::{self, Receiver, TryRecvError},
     },
     time::Duration,
 };
 
-use super::{
-    culling::CullingPlan,
-    journal::Autosaves,
-    session::{OpenError, Opened, Opening, ReplayReader, Session},
-    threads,
-    turns::Turns,
-};
-use osp_session::{
-    platform::time::Instant,
-    recording::{OpenOptions, Pace},
-    replay::CameraChoice,
-};
+use super::{threads, turns::Turns};
+use osp_session::platform::time::Instant;
 pub use task::ReplayStart;
-use task::ToPlay;
-
-pub(super) use task::{Done, Exported, Progress, ReadSession, Task, ToDraw, Whole};
+pub(super) use task::{Done, Exported, Progress, ReadSession, Task, ToDraw, ToPlay, Whole};
 
 /// Duration of work after which its progress is shown. For shorter work the display would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
@@ -72,7 +60,6 @@ impl std::fmt::Debug for Runner {
     }
 }
 
-/// Background work in progress.
 #[derive(Debug)]
 pub(super) struct Working {
     /// Name of the work, for the user.
@@ -105,9 +92,6 @@ impl Working {
     }
 
     /// Returns the result, if the work has ended. Work without a thread first continues for one turn.
-    ///
-    /// # Errors
-    /// The work ended without a result. The text is for the user.
     pub(super) fn poll(&mut self) -> Option<Result<Done, String>> {
         let polled = match &mut self.runner {
             Runner::Thread(done) => done.try_recv(),
@@ -133,9 +117,6 @@ impl Working {
     }
 
     /// Completes the work and waits for its result.
-    ///
-    /// # Errors
-    /// The work ended without a result. The text is for the user.
     pub(super) fn finish(self) -> Result<Done, String> {
         let failed = self.failed();
         match self.runner {
@@ -152,7 +133,6 @@ impl Working {
         format!("{}: failed without a result", self.what)
     }
 
-    /// Name of the work, for the user.
     pub(super) fn what(&self) -> &str {
         &self.what
     }
@@ -175,19 +155,12 @@ impl Working {
         Some(WorkShown { text: format!("{}: {far}", self.what), part })
     }
 
-    /// Cancels the work, which then ends soon.
     pub(super) fn cancel(&self) {
         self.progress.is_cancelled.store(true, Relaxed);
     }
 
     pub(super) fn is_cancelled(&self) -> bool {
         self.progress.is_cancelled.load(Relaxed)
-    }
-
-    /// Records that a window waits for the work and shows frames meanwhile.
-    pub(super) fn for_window(self) -> Self {
-        self.progress.has_window.store(true, Relaxed);
-        self
     }
 
     pub(super) fn is_reading(&self) -> bool {
@@ -203,89 +176,8 @@ impl Working {
     }
 }
 
-/// A session that is being read before its window exists.
-#[derive(Debug)]
-pub struct Reading(pub(super) Working);
-
-impl Reading {
-    /// Starts to read a session for drawing. If a window waits for the session, the thread also inserts the model into
-    /// an index, according to `plan`.
-    ///
-    /// # Errors
-    /// The system cannot start a thread.
-    pub fn to_draw(
-        path: &Path,
-        autosaves: &Autosaves,
-        how: Opening,
-        plan: CullingPlan,
-    ) -> Result<Self, String> {
-        let task = ToDraw::new(path.to_owned(), autosaves.clone(), how, plan);
-        Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
-    }
-
-    /// Starts to read a session for a replay. If `plays` is false, the replay is paused before its first frame.
-    ///
-    /// # Errors
-    /// The system cannot start a thread.
-    pub fn to_play(
-        path: &Path,
-        pace: Pace,
-        camera: CameraChoice,
-        options: OpenOptions,
-        plays: bool,
-    ) -> Result<Self, String> {
-        let start = if plays { ReplayStart::Playing } else { ReplayStart::Paused };
-        let task = to_play(path, pace, camera, &options, start, true);
-        Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
-    }
-
-    /// Waits until the session is read, at most for `at_most`; `None` waits without limit.
-    pub fn wait(self, at_most: Option<Duration>) -> Waited {
-        let Runner::Thread(done) = &self.0.runner else { return Waited::GoesOn(self) };
-        let done = match at_most {
-            Some(time) => done.recv_timeout(time),
-            None => done.recv().map_err(|_| RecvTimeoutError::Disconnected),
-        };
-        match done {
-            Ok(Done::Opened { outcome, .. }) => {
-                Waited::Read(outcome.map(|read| (Box::new(read.session), read.opened)))
-            }
-            Ok(Done::Played { outcome, .. }) => {
-                Waited::Read(outcome.map_err(OpenError::Recording).map(|session| {
-                    let remarks =
-                        session.remarks().iter().map(|remark| format!("warning: {remark}")).collect();
-                    (session, Opened { remarks, is_recovered: false })
-                }))
-            }
-            // A thread that ended without a result is detected later.
-            Ok(Done::Exported { .. }) | Err(_) => Waited::GoesOn(self),
-        }
-    }
-}
-
-/// The result of [`Reading::wait`].
-#[derive(Debug)]
-pub enum Waited {
-    /// The session, or the error.
-    Read(Result<(Box<Session>, Opened), OpenError>),
-    /// The session is still being read.
-    GoesOn(Reading),
-}
-
 pub(super) fn reading(path: &Path) -> String {
     format!("reading {}", path.display())
-}
-
-pub(super) fn to_play(
-    path: &Path,
-    pace: Pace,
-    camera: CameraChoice,
-    options: &OpenOptions,
-    start: ReplayStart,
-    is_sole: bool,
-) -> ToPlay {
-    let reader = ReplayReader::new(path, pace, camera, options);
-    ToPlay { path: path.to_owned(), reader, start, is_sole }
 }
 
 /// The progress of background work, for the user.

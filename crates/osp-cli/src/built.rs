@@ -87,7 +87,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["convert"], &["compress"], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
     (&["sketch"], &[], Feature::Window),
-    (&["sketch"], &["join", "watch", "name", "credentials", "tls-ca", "unencrypted"], Feature::Live),
+    (&["sketch"], &["join", "name", "credentials", "unencrypted"], Feature::Live),
     (&["send"], &[], Feature::Window),
     (&["join"], &[], Feature::Live),
 ];

@@ -64,7 +64,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         // Other messages are not JSON, so they must not go to standard output.
         keep_standard_output_for_a_file();
     }
-    let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
+    let link = Link::open(&address, &shared::role(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
     shared::end_on_signals(&ending, CLOSING_TIME + REPORT);

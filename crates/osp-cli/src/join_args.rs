@@ -22,11 +22,12 @@ use osp_session::recording::{Author, Pace};
   osp join nats://127.0.0.1/house
   osp join nats://127.0.0.1/house watched.ron --watch
   osp join nats://127.0.0.1/house --play recordings/portrait.ron --name Ann
-  osp join tls://ann:word@nats.example.org/house --tls-ca ca.pem
+  osp join tls://ann:word@nats.example.org/house
 
 If FILE has the beginning of the session, osp appends the rest. osp replaces other files only with --force.
 A connection to this machine is not encrypted (nats://127.0.0.1, nats://localhost). A connection to another machine \
 must be encrypted (tls://), unless --unencrypted is given.
+A server's own certificate is trusted if the variable SSL_CERT_FILE names its file (PEM).
 Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one line, TOKEN \
 or USER:PASSWORD. The list of processes does not show the contents of this file.
 Ctrl-C leaves the session.
@@ -82,9 +83,6 @@ pub(super) struct ServerArgs {
     /// A file of one line with the credentials for the server: a token or USER:PASSWORD.
     #[arg(long, value_name = "FILE")]
     pub(super) credentials: Option<PathBuf>,
-    /// Certificates (PEM) of authorities to trust in addition to those of the system.
-    #[arg(long, value_name = "FILE")]
-    pub(super) tls_ca: Option<PathBuf>,
     /// Allow an unencrypted connection to another machine. Everybody between the two machines can then read and change
     /// the drawing.
     #[arg(long)]

@@ -180,10 +180,7 @@ const INCOMPLETE: &str = "no index replayed every frame, so the session has no f
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
 fn in_window(args: &ReplayArgs, outputs: &Files) -> anyhow::Result<Outcome> {
-    use super::sketch::BEFORE_THE_WINDOW;
-    use osp_app::{
-        Autosaves, Command, OpenError, Reading, Session, Settings, Studio, Waited, WindowOptions, run,
-    };
+    use osp_app::{Autosaves, Command, ReplayStart, Session, Settings, Studio, WindowOptions, run};
     if args.rig.room == RoomMotion::Stands {
         bail!("--room stands does not work with --window: in a window the room follows the replay's camera");
     }
@@ -192,32 +189,25 @@ fn in_window(args: &ReplayArgs, outputs: &Files) -> anyhow::Result<Outcome> {
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let options = args.play.reading.options();
-    let reading = Reading::to_play(file, args.play.pace, args.play.camera, options, !args.paused)
-        .map_err(anyhow::Error::msg)?;
     let autosaves = Autosaves::new(None);
-    let (session, reading) = match reading.wait(Some(BEFORE_THE_WINDOW)) {
-        Waited::Read(read) => {
-            let (session, opened) = read.map_err(|error| match error {
-                OpenError::Recording(error) => error.into(),
-                error => anyhow::Error::from(error),
-            })?;
-            opened.remarks.iter().for_each(|remark| warn(remark));
-            (*session, None)
-        }
-        Waited::GoesOn(reading) => (Session::new(&autosaves), Some(reading)),
-    };
-    let mut studio = Studio::new(session, autosaves, index);
+    let mut studio = Studio::new(Session::new(&autosaves), autosaves, index);
     studio.set_room(room);
     studio.set_film_maker(super::film::maker());
     studio.set_limits(options.limits);
-    studio.set_index_settings(settings);
-    studio.set_tests(args.tuning.tests.node_test(), args.tuning.tests.score());
+    let plan = studio.culling_plan_mut();
+    plan.settings = settings;
+    (plan.node_test, plan.score) = (args.tuning.tests.node_test(), args.tuning.tests.score());
     let occlusion = args.play.occlusion.first().copied();
     studio.command(Command::Occlusion(occlusion.unwrap_or(Occlusion::Auto.into())));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
-    if let Some(reading) = reading {
-        studio.take_over(reading);
+    let start = if args.paused { ReplayStart::Paused } else { ReplayStart::Playing };
+    studio.work_in_background();
+    studio.replay_in_background(file, args.play.pace, args.play.camera, &options, start);
+    studio.wait_for_work(super::sketch::BEFORE_THE_WINDOW);
+    if let Some(error) = studio.take_unread() {
+        return Err(error.into());
     }
+    studio.messages().iter().for_each(|said| warn(said));
     let settings = Some(Settings::default_path());
     run(studio, WindowOptions { trace, settings, ..WindowOptions::default() })?;
     Ok(Outcome::Done)

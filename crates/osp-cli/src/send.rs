@@ -22,7 +22,7 @@ use osp_session::recording::{Pace, Pacer};
 const PACKET_BYTES: usize = 1200;
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
-    let key = key(args.key_file.as_deref())?;
+    let key = key()?;
     let no_address = || format!("--to {}: expected ADDRESS:PORT, such as 127.0.0.1:9327", args.to);
     let to = args.to.to_socket_addrs().with_context(no_address)?.next().with_context(no_address)?;
     let from = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };

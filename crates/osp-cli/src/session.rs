@@ -116,6 +116,11 @@ pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
         RecordingError::Limit(excess) => Some(&excess.path),
         RecordingError::Io { .. } | RecordingError::Unknown { .. } => None,
     })?;
+    rescue_of(damaged)
+}
+
+/// The same for a damaged file.
+pub(super) fn rescue_of(damaged: &Path) -> Option<String> {
     // A pipe is read by now.
     if recording::is_pipe(damaged) {
         return None;

@@ -10,11 +10,8 @@ use std::{
     time::Duration,
 };
 
-use anyhow::Context;
-
 use super::join_args::ServerArgs;
-use osp_net::live::{Address, Credentials, LinkOptions, Role, Who};
-use osp_session::small_file::read_text;
+use osp_net::live::{Address, Credentials, Role, Who};
 
 impl ServerArgs {
     /// Parses an address, and adds the credentials from a file. Errors do not contain the password.
@@ -26,25 +23,21 @@ impl ServerArgs {
         if !self.unencrypted {
             address.check_way()?;
         }
-        if let Some(path) = &self.tls_ca {
-            read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
-        }
         Ok(address)
-    }
-
-    /// Returns the options of the connection, for an author with this name or for a watcher.
-    pub(super) fn options(&self, watches: bool, name: &str) -> LinkOptions {
-        let role = match watches {
-            true => Role::Watcher,
-            false => Role::Author(Who { name: name.to_owned(), color: None }),
-        };
-        LinkOptions { role, certificates: self.tls_ca.clone() }
     }
 
     /// Whether any of the options was given.
     #[cfg(feature = "window")]
     pub(super) fn is_given(&self) -> bool {
-        self.credentials.is_some() || self.tls_ca.is_some() || self.unencrypted
+        self.credentials.is_some() || self.unencrypted
+    }
+}
+
+/// Returns the role of an author with this name, or of a watcher.
+pub(super) fn role(watches: bool, name: &str) -> Role {
+    match watches {
+        true => Role::Watcher,
+        false => Role::Author(Who { name: name.to_owned(), color: None }),
     }
 }
 

@@ -1,137 +1,83 @@
 //! `osp sketch`: opens the window to draw in.
 
-use std::{
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{path::PathBuf, time::Duration};
 
+use anyhow::{bail, ensure};
+
+#[cfg(feature = "live")]
+use super::shared;
 use super::{
     film,
     output::{Outcome, warn},
-    sketch_args::{SketchArgs, WindowArgs},
+    session::rescue_of,
+    sketch_args::SketchArgs,
+    tracker,
 };
+use osp::occlusion::Occlusion;
 use osp_app::{
-    Access, Autosaves, Command, CullingPlan, OpenElsewhere, OpenError, Opened, Opening, Question, Reading,
-    Room, Session, Settings, Studio, Waited, WindowOptions, run as run_window,
-    tracker::{Listening, TrackerAddress, TrackerOptions},
+    Access, Autosaves, Command, Opened, Opening, Question, Session, Settings, Studio, WindowOptions,
+    run as run_window,
+    tracker::{Listening, TrackerAddress},
 };
 #[cfg(feature = "live")]
 use osp_app::{Live, Unjoined};
+use osp_rivals::IndexKind;
+use osp_session::output_file::check_new_output;
 
 /// If reading a session takes longer than this, the window opens while the reading continues, and shows errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
-impl SketchArgs {
-    /// Opens the session to draw on it. If another window draws on the session, opens it only for viewing, and reports
-    /// the owner. A long session is still being read when the window opens.
-    fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
-        let access = match (self.read_only, self.copy) {
-            (true, _) => Access::ReadOnly,
-            (false, true) => Access::Copy,
-            (false, false) => Access::Write,
-        };
-        let how = Opening {
-            access,
-            lenient: self.lenient,
-            limits: self.limits.limits(),
-            of_several: self.tracker_authors,
-            draws: false,
-        };
-        let plan = CullingPlan::new(self.window.index, self.window.occlusion);
-        let reading = Reading::to_draw(path, autosaves, how, plan).map_err(anyhow::Error::msg)?;
-        match reading.wait(Some(BEFORE_THE_WINDOW)) {
-            Waited::Read(Ok((session, opened))) => Ok(Start::with(*session, opened)),
-            Waited::Read(Err(OpenError::Held(held))) => {
-                let (session, opened) = Session::look_at(path, autosaves, how)?;
-                Ok(Start { held: Some(held), ..Start::with(session, opened) })
-            }
-            Waited::Read(Err(OpenError::Recording(error))) => Err(error.into()),
-            Waited::Read(Err(error @ OpenError::Cancelled(_))) => Err(error.into()),
-            Waited::GoesOn(reading) => {
-                let empty = Start::with(Session::new(autosaves), Opened::default());
-                Ok(Start { reading: Some(reading), ..empty })
-            }
-        }
-    }
-}
-
 #[cfg(feature = "live")]
 impl SketchArgs {
     /// Starts to take part in a shared session.
-    fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
-        let options = self.server.options(self.watch, &self.name);
+    fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<(Session, Opened)> {
+        let role = shared::role(self.read_only, &self.name);
         let address = self.server.address(address)?;
-        let join = || Live::join(&address, &options, autosaves);
+        let join = || Live::join(&address, &role, autosaves);
         let Some(path) = &self.file else {
-            return Ok(Start::with(Session::joining(join()?, autosaves)?, Opened::default()));
+            return Ok((Session::joining(join()?, autosaves)?, Opened::default()));
         };
         let (unjoined, opened) = Unjoined::open(path, &address.session, autosaves, self.limits.limits())?;
-        Ok(Start::with(unjoined.join(join()?), opened))
+        Ok((unjoined.join(join()?), opened))
     }
 }
 
-struct Start {
-    session: Session,
-    opened: Opened,
-    held: Option<OpenElsewhere>,
-    /// A session that is still being read. It replaces `session` later.
-    reading: Option<Reading>,
-}
-
-impl Start {
-    fn with(session: Session, opened: Opened) -> Self {
-        Self { session, opened, held: None, reading: None }
-    }
-}
-
-impl WindowArgs {
-    /// Returns an error if the trace would replace an input or a file of another kind.
-    fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
-        let rig = self.rig.file();
-        let tracker = tracker.and_then(|tracker| match tracker {
-            TrackerAddress::File(path) => Some(path),
+impl SketchArgs {
+    /// Returns an error if the trace would replace a file.
+    fn check_trace(&self) -> anyhow::Result<()> {
+        let Some(trace) = &self.trace else { return Ok(()) };
+        let tracker = self.tracker.as_ref().and_then(|tracker| match tracker {
+            TrackerAddress::File(path) => Some(path.clone()),
             _ => None,
         });
-        let mut outputs = self.force.outputs().reads(session).reads(&rig).reads(tracker);
-        outputs.add_any(self.trace.as_ref(), &[])?;
+        let inputs: Vec<PathBuf> =
+            self.file.clone().into_iter().chain(self.rig.file()).chain(tracker).collect();
+        check_new_output(trace, &[], false, &inputs, &[])?;
         Ok(())
-    }
-
-    fn room(&self) -> anyhow::Result<Room> {
-        let mut room = self.rig.room()?;
-        room.show_pattern(self.test_pattern);
-        Ok(room)
-    }
-
-    pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
-        let tracker_options = TrackerOptions::default();
-        WindowOptions {
-            size: self.window,
-            tracker,
-            tracker_options,
-            merges: self.detail == "auto",
-            trace: self.trace.clone(),
-            settings: Some(Settings::default_path()),
-        }
     }
 }
 
 pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
-    let tracker = &args.tracker.tracker;
-    args.window.check_trace(args.file.as_ref(), tracker.as_ref())?;
-    args.tracker.check()?;
-    let mut tracker_options = args.tracker.options()?;
+    args.check_trace()?;
+    ensure!(
+        !args.read_only || args.file.is_some() || args.join.is_some(),
+        "--read-only: expected a session, or --join ADDRESS"
+    );
+    let mut tracker_options = tracker::options(args.tracker.as_ref())?;
+    if args.tracker_authors {
+        tracker_options.listening = Listening::Authors;
+    }
     #[cfg(feature = "live")]
-    anyhow::ensure!(
+    ensure!(
         args.join.is_some() || !args.server.is_given(),
-        "--credentials, --tls-ca, --unencrypted: expected --join ADDRESS"
+        "--credentials, --unencrypted: expected --join ADDRESS"
     );
     #[cfg(feature = "live")]
-    anyhow::ensure!(
+    ensure!(
         args.join.is_none() || !args.tracker_authors,
         "--tracker-authors: expected no --join: in a shared session a window is one author"
     );
-    let room = args.window.room()?;
+    let room = args.rig.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]
     let joined = match &args.join {
@@ -139,39 +85,51 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         None => None,
     };
     #[cfg(not(feature = "live"))]
-    let joined: Option<Start> = None;
-    let Start { session, opened, held, reading } = match (joined, &args.file) {
-        (Some(start), _) => start,
-        (None, Some(path)) => args.open(path, &autosaves)?,
+    let joined: Option<(Session, Opened)> = None;
+    let file = args.file.as_ref().filter(|_| joined.is_none());
+    let (session, opened) = match (joined, file) {
+        (Some(joined), _) => joined,
+        (None, Some(_)) => (Session::new(&autosaves), Opened::default()),
         (None, None) => {
-            let (mut session, opened) = Session::recover_or_new_within(&autosaves, args.limits.limits());
+            let (mut session, opened) = Session::recover_or_new(&autosaves, args.limits.limits());
             if args.tracker_authors && !opened.is_recovered {
                 session = Session::of_several(&autosaves);
             }
-            Start::with(session, opened)
+            (session, opened)
         }
     };
-    let mut studio = Studio::new(session, autosaves, args.window.index);
+    let mut studio = Studio::new(session, autosaves, IndexKind::Osp);
     studio.set_room(room);
     studio.set_film_maker(film::maker());
     studio.set_limits(args.limits.limits());
-    studio.command(Command::Occlusion(args.window.occlusion));
-    for remark in opened.remarks {
-        warn(&remark);
-        studio.show_message(remark);
+    studio.command(Command::Occlusion(Occlusion::Auto.into()));
+    opened.remarks.into_iter().for_each(|remark| studio.show_message(remark));
+    if let Some(path) = file {
+        let how = Opening {
+            access: if args.read_only { Access::ReadOnly } else { Access::Write },
+            lenient: args.lenient,
+            of_several: args.tracker_authors,
+            ..Opening::default()
+        };
+        studio.work_in_background();
+        studio.command(Command::OpenAs(path.clone(), how));
+        studio.wait_for_work(BEFORE_THE_WINDOW);
+        if let Some(Err(why)) = studio.take_file_outcome() {
+            bail!(why);
+        }
+        if let Some(Question::Damaged { path, damage }) = studio.question() {
+            bail!("{damage}{}", rescue_of(path).unwrap_or_default());
+        }
     }
-    if let Some(held) = held {
-        warn(&held.to_string());
-        studio.ask(Question::Held { held, is_shown: true });
-    }
-    if let Some(reading) = reading {
-        studio.take_over(reading);
-    }
-    let mut options = args.window.options(tracker.clone());
-    if args.tracker_authors {
-        tracker_options.listening = Listening::Authors;
-    }
-    options.tracker_options = tracker_options;
+    studio.messages().iter().for_each(|said| warn(said));
+    let options = WindowOptions {
+        size: args.window,
+        tracker: args.tracker.clone(),
+        tracker_options,
+        merges: args.detail == "auto",
+        trace: args.trace.clone(),
+        settings: Some(Settings::default_path()),
+    };
     run_window(studio, options)?;
     Ok(Outcome::Done)
 }

@@ -7,16 +7,17 @@ use clap::Args;
 use super::{
     join_args::{self, ServerArgs},
     numbers,
-    outputs::ForceArgs,
-    parsers::{DETAILS, index_parser, occlusion_parser},
+    parsers::DETAILS,
     reading::{LimitArgs, ReadArgs},
     rig_args::RigArgs,
 };
 #[cfg(feature = "window")]
-pub(super) use osp_app::tracker::TrackerAddress;
-use osp_lab::Method;
-use osp_rivals::IndexKind;
+use osp_app::tracker::TrackerAddress;
 use osp_session::recording::Pace;
+
+/// Without the window the value is not parsed; the command reports the missing feature.
+#[cfg(not(feature = "window"))]
+type TrackerAddress = String;
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
@@ -27,14 +28,14 @@ use osp_session::recording::Pace;
 /// The menus and F1 list all keys. The window stores recent sessions, colours and letter size in osp/window.settings in
 /// the folder XDG_CONFIG_HOME (else ~/.config). You may delete that file.
 ///
-/// Only one window at a time draws on a session. A second window names the owner, and offers to view the session
-/// (--read-only) or to draw on a copy (--copy). If the file is removed, replaced or changed, or the disk is full, the
-/// window reports that. It no longer changes the file, and continues in an autosave file.
+/// Only one window at a time draws on a session. A second window names the owner, and offers to view the session or to
+/// draw on a copy. If the file is removed, replaced or changed, or the disk is full, the window reports that. It no
+/// longer changes the file, and continues in an autosave file.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp sketch
   osp sketch house.ron
-  osp sketch painting.tilt --index bvh-sah
+  osp sketch painting.tilt
   osp sketch house.ron --read-only
   osp sketch damaged.ron --lenient
   osp sketch --tracker udp://127.0.0.1:9327
@@ -46,32 +47,43 @@ A tracker sends lines of text (or the same as OSC), metres and unit quaternions,
   hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while PRESSURE is above 0
   brush TOOL WIDTH  R G B A  [HAND] [NORMAL]
   erase X Y Z | undo | redo
-  key WORD                first in each packet, if --tracker-key-file is given
+  key WORD                first in each packet, if OSP_TRACKER_KEY is set
 TOOL: ribbon, wall, tube, or the name of a brush, such as Light. HAND: 0 to 255. NORMAL: local-x, side-x, travel or \
 transport.
 The window accepts one sender, until this sender has been silent for 5 s. It counts and drops the packets of other \
 senders.
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
+If the variable OSP_TRACKER_KEY has a key, the window reads only packets that begin with it. The key is sent \
+unencrypted: everybody who reads the packets can use it.
 `osp send SESSION --to 127.0.0.1:9327` sends a recorded session as a tracker does.")]
 pub(super) struct SketchArgs {
     /// The session to continue, or a new one (.ron). osp opens a copy of a session that is write-protected, has another
     /// format, or was not drawn with `osp sketch`.
     pub(super) file: Option<PathBuf>,
+    /// Level of detail. `auto` merges neighbouring quads of an opaque stroke if no point moves by more than half a
+    /// pixel. If light covers more than four times the picture's pixels, `auto` draws the largest polygons of light at
+    /// half resolution.
+    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
+    pub(super) detail: String,
     #[command(flatten)]
-    pub(super) window: WindowArgs,
-    #[command(flatten)]
-    pub(super) tracker: TrackerArgs,
+    pub(super) rig: RigArgs,
+    /// Width and height of the window, in points.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(super) window: Option<(u32, u32)>,
+    /// Write one line of JSON for each frame to a new file.
+    #[arg(long, value_name = "FILE")]
+    pub(super) trace: Option<PathBuf>,
+    /// Read a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard input.
+    #[arg(long, value_name = "FROM")]
+    pub(super) tracker: Option<TrackerAddress>,
     /// Make each sender of the tracker's messages a separate author, 16 at a time. Each has its own strokes, undo and
     /// colour. The session must be new or have several authors. A sender joins with its first message, and leaves after
     /// five seconds without a message.
-    #[arg(long, requires = "tracker", conflicts_with = "tracker_any")]
+    #[arg(long, requires = "tracker")]
     pub(super) tracker_authors: bool,
-    /// Only view the session.
-    #[arg(long, requires = "file", conflicts_with = "copy")]
+    /// Only view the session, or only watch the others of a shared session.
+    #[arg(long)]
     pub(super) read_only: bool,
-    /// Draw on a copy of the session, in an autosave file.
-    #[arg(long, requires = "file")]
-    pub(super) copy: bool,
     /// Skip and count damaged parts, instead of refusing the session, and draw on a copy.
     #[arg(long, requires = "file")]
     pub(super) lenient: bool,
@@ -80,13 +92,16 @@ pub(super) struct SketchArgs {
     /// FILE if it is given. FILE must be new, or an unchanged recording of the beginning of this session; the newer
     /// events are appended.
     // Parsed after clap, whose error message would print the password.
-    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["read_only", "copy", "lenient"])]
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "lenient")]
     pub(super) join: Option<String>,
-    /// Only watch the others.
-    #[arg(long, requires = "join")]
-    pub(super) watch: bool,
     /// Your name, which the other members see.
-    #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
+    #[arg(
+        long,
+        default_value = "",
+        hide_default_value = true,
+        requires = "join",
+        conflicts_with = "read_only"
+    )]
     #[arg(value_parser = join_args::name)]
     pub(super) name: String,
     #[command(flatten)]
@@ -98,56 +113,8 @@ pub(super) struct SketchArgs {
     pub(super) autosave: Option<PathBuf>,
 }
 
-/// The options of every window.
-#[derive(Args, Debug)]
-pub(super) struct WindowArgs {
-    /// The index that culls by the frustum (`osp replay --help` describes them); the window can change it.
-    #[arg(long, default_value = "osp", value_parser = index_parser())]
-    pub(super) index: IndexKind,
-    /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
-    #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
-    pub(super) occlusion: Method,
-    /// Level of detail. `auto` merges neighbouring quads of an opaque stroke if no point moves by more than half a
-    /// pixel. If light covers more than four times the picture's pixels, `auto` draws the largest polygons of light at
-    /// half resolution.
-    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
-    pub(super) detail: String,
-    #[command(flatten)]
-    pub(super) rig: RigArgs,
-    /// Show a test pattern on the rig's screens: border, grid in metres, number of the screen, letter of the eye.
-    #[arg(long, requires = "rig")]
-    pub(super) test_pattern: bool,
-    /// Width and height of the window, in points.
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub(super) window: Option<(u32, u32)>,
-    /// Write one line of JSON for each frame to this file.
-    #[arg(long, value_name = "FILE")]
-    pub(super) trace: Option<PathBuf>,
-    #[command(flatten)]
-    pub(super) force: ForceArgs,
-}
-
 fn size(text: &str) -> Result<(u32, u32), String> {
     numbers::sides(text, &(1..=16_384))
-}
-
-/// Without the window the value is not parsed; the command reports the missing feature.
-#[cfg(not(feature = "window"))]
-pub(super) type TrackerAddress = String;
-
-#[derive(Args, Debug)]
-pub(super) struct TrackerArgs {
-    /// Read a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard input.
-    #[arg(long, value_name = "FROM")]
-    pub(super) tracker: Option<TrackerAddress>,
-    /// Accept the messages of every sender, not only of the first sender.
-    #[arg(long, requires = "tracker")]
-    pub(super) tracker_any: bool,
-    /// Accept only packets that begin with the key in this file of one line. Without this option, osp reads the key from
-    /// the variable OSP_TRACKER_KEY, if it is set. The key is sent unencrypted: everybody who reads the packets can use
-    /// it.
-    #[arg(long, value_name = "FILE", requires = "tracker")]
-    pub(super) tracker_key_file: Option<PathBuf>,
 }
 
 /// Send a session to a window, like a tracker (`osp sketch --tracker udp://…`).
@@ -156,7 +123,8 @@ pub(super) struct TrackerArgs {
   osp send recordings/portrait.ron --to 127.0.0.1:9327
   osp send sketch.tilt --to 127.0.0.1:9327 --speed 10
   osp send sketch.tilt --to 192.168.0.7:9000 --osc
-  osp send sketch.tilt --to 192.168.0.7:9000 --key-file word.txt")]
+
+If the variable OSP_TRACKER_KEY is set, each packet begins with this key.")]
 pub(super) struct SendArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     pub(super) file: PathBuf,
@@ -170,10 +138,6 @@ pub(super) struct SendArgs {
     /// Speed, as a multiple of the recorded speed.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
-    /// Read the key that the window requires from a file of one line. Without --key-file, osp reads the key from the variable
-    /// OSP_TRACKER_KEY, if it is set.
-    #[arg(long, value_name = "FILE")]
-    pub(super) key_file: Option<PathBuf>,
     /// Send OSC messages instead of lines of text.
     #[arg(long)]
     pub(super) osc: bool,

@@ -67,7 +67,6 @@ impl Studio {
             | Command::EyeSeparation(_)
             | Command::TestPattern(_)
             | Command::Calibrate(_) => self.room.rig().is_some(),
-            Command::Discard => self.session.journal().is_changed() && !self.session.is_shared(),
             Command::Play(_)
             | Command::Seek(_)
             | Command::Step(_)
@@ -176,12 +175,12 @@ impl Studio {
                 self.frozen = freeze.then(|| self.views().iter().map(|view| view.view).collect());
             }
             Command::Index(kind) => {
-                self.switch_index(kind, self.culling.occlusion());
+                self.switch_index(kind, self.culling.plan.occlusion);
                 self.report_reindexing();
             }
-            Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
+            Command::Occlusion(choice) => self.switch_index(self.culling.plan.kind, choice),
             Command::Occluders(most) => self.culling.set_occluders(most),
-            Command::Stages(stages) => self.culling.stages = stages,
+            Command::FrustumCulling(culls) => self.culling.culls_by_frustum = culls,
             Command::Moment(moment_s) => self.moment_s = moment_s,
             Command::Layers(layers) => self.layers = layers,
             Command::Steps(edit) => self.edit_steps(edit),
@@ -196,7 +195,6 @@ impl Studio {
             Command::PlayFile(path) => self.leave(Then::Play(path)),
             Command::Save => self.save(),
             Command::RetrySaving => self.session.retry(),
-            Command::Discard => self.ask_to_discard(),
             Command::SaveAs(_) | Command::Export(_) | Command::Picture(_) => self.write_file(command, false),
             Command::Over(command) => self.write_file(*command, true),
             Command::Quit if cfg!(target_arch = "wasm32") => {

@@ -16,7 +16,6 @@ use osp_session::{
 };
 
 impl Studio {
-    /// Exports the model: as binary glTF, as a sketch or as a film.
     pub(crate) fn export(&mut self, path: &Path) {
         if self.is_busy() {
             return;

@@ -7,16 +7,18 @@ use std::{
 };
 
 use crate::{
-    session::{OpenError, Opening},
+    session::{OpenError, Opening, ReplayReader},
     studio::Studio,
+    threads,
     tool::ToolChoice,
     working::{
-        Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, WorkMode, WorkShown,
-        Working, reading, to_play,
+        Done, Kind, Progress, ReadSession, ReplayStart, TURN, Task, ToDraw, ToPlay, WorkMode, WorkShown,
+        Working, reading,
     },
 };
 use osp_session::{
-    recording::{OpenOptions, Pace},
+    platform::time::Instant,
+    recording::{OpenOptions, Pace, RecordingError},
     replay::CameraChoice,
 };
 
@@ -34,6 +36,15 @@ impl Studio {
     /// for the time `turn`.
     pub fn work_in_turns(&mut self, turn: Duration) {
         self.work.mode = WorkMode::Turns(turn);
+    }
+
+    /// Waits for the background work, at most for this time.
+    pub fn wait_for_work(&mut self, at_most: Duration) {
+        let since = Instant::now();
+        while self.is_working() && since.elapsed() < at_most {
+            threads::pause(Duration::from_millis(1));
+            self.take_work();
+        }
     }
 
     /// The progress of background work, once it has taken a while.
@@ -85,8 +96,8 @@ impl Studio {
                 debug_assert!(closed.is_ok(), "nothing was drawn in it");
                 self.report_file(Err(OpenError::Cancelled(path).to_string()));
             }
-            Ok(Done::Played { path, is_sole, .. }) if is_cancelled => {
-                self.end_unread(OpenError::Cancelled(path), is_sole);
+            Ok(Done::Played { path, .. }) if is_cancelled => {
+                self.report_file(Err(OpenError::Cancelled(path).to_string()));
             }
             Ok(done) => self.take_done(done),
             Err(failed) => self.report_file(Err(failed)),
@@ -124,10 +135,10 @@ impl Studio {
                 return;
             }
             WorkMode::Thread => match Working::on_thread(what, kind, task) {
-                Ok(working) => self.wait_for(working),
+                Ok(working) => self.work.working = Some(working),
                 Err(error) => self.report_file(Err(error)),
             },
-            WorkMode::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
+            WorkMode::Turns(turn) => self.work.working = Some(Working::in_turns(what, kind, turn, task)),
         }
         // Short work may have ended already.
         self.take_work();
@@ -144,41 +155,21 @@ impl Studio {
                 }
                 self.report_file(Ok(String::new()));
             }
-            Done::Played { is_sole, outcome: Err(error), .. } => self.end_unread(error.into(), is_sole),
+            Done::Played { outcome: Err(error), .. } => self.work.unread = Some(error),
             Done::Exported { path, outcome } => self.take_exported(&path, outcome),
         }
     }
 
-    /// Reports that a session could not be read. A window that was opened only for this session closes.
-    fn end_unread(&mut self, error: OpenError, is_sole: bool) {
-        self.work.is_closing |= is_sole;
-        if is_sole || !matches!(error, OpenError::Cancelled(_)) {
-            self.work.unread = Some(error);
-        } else {
-            self.report_file(Err(error.to_string()));
-        }
-    }
-
-    /// Returns and clears the error of a session that could not be read.
-    pub fn take_unread(&mut self) -> Option<OpenError> {
+    /// Returns and clears the error of a session that could not be read for a replay.
+    pub fn take_unread(&mut self) -> Option<RecordingError> {
         self.work.unread.take()
-    }
-
-    /// Continues a background read that is already running, and shows the session when it is complete.
-    pub fn take_over(&mut self, reading: Reading) {
-        self.work_in_background();
-        self.wait_for(reading.0);
-    }
-
-    fn wait_for(&mut self, working: Working) {
-        self.work.working = Some(working.for_window());
     }
 
     /// Opens a session and replaces the current session. On an error the current session stays.
     pub(crate) fn open_in_background(&mut self, path: &Path, how: Opening) {
         self.end_hands_strokes();
         let how = Opening { limits: self.limits, ..how };
-        let task = ToDraw::new(path.to_owned(), self.autosaves.clone(), how, self.culling.plan().clone());
+        let task = ToDraw::new(path.to_owned(), self.autosaves.clone(), how, self.culling.plan.clone());
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 
@@ -198,7 +189,8 @@ impl Studio {
         // While the session is read, no release of a button arrives.
         self.finish_gestures();
         self.end_hands_strokes();
-        let task = to_play(path, pace, camera, options, start, false);
+        let reader = ReplayReader::new(path, pace, camera, options);
+        let task = ToPlay { path: path.to_owned(), reader, start };
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 

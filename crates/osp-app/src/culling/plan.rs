@@ -13,13 +13,17 @@ use osp_session::scene::Scene;
 /// Settings for indexing and culling a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CullingPlan {
-    pub(super) kind: IndexKind,
-    pub(super) settings: IndexSettings,
-    pub(super) occlusion: Method,
+    /// The index.
+    pub kind: IndexKind,
+    /// Settings of the index.
+    pub settings: IndexSettings,
+    /// The method of occlusion culling.
+    pub occlusion: Method,
     pub(super) occluders: Option<usize>,
-    pub(super) node_test: NodeTest,
-    pub(super) score: Score,
-    pub(super) auto_basis: AutoBasis,
+    /// The test that decides whether a node is hidden.
+    pub node_test: NodeTest,
+    /// The score by which occluders are chosen.
+    pub score: Score,
 }
 
 /// An indexed model, which another thread may have built.
@@ -40,7 +44,6 @@ impl CullingPlan {
             occluders: None,
             node_test: NodeTest::Box,
             score: Score::default(),
-            auto_basis: AutoBasis::Time,
         }
     }
 
@@ -69,7 +72,7 @@ impl CullingPlan {
         let pass = PassConfig {
             node_test: self.node_test,
             score: self.score,
-            basis: self.auto_basis,
+            basis: AutoBasis::Time,
             ..PassConfig::for_strokes(Occlusion::Auto)
         };
         let pipeline = Pipeline::new(index, capacity);
@@ -95,7 +98,6 @@ impl Indexing {
         goes_on
     }
 
-    /// Returns the indexed model.
     pub(crate) fn finish(self) -> Indexed {
         self.indexed
     }

@@ -22,7 +22,6 @@ const EDITS_A_FRAME: u32 = 64;
 const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
-    /// Handles the tracker's messages received since the last frame.
     pub(crate) fn listen(&mut self) {
         if self.is_reading() {
             return;

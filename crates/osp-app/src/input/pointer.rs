@@ -13,7 +13,10 @@ use crate::{
     tool::ToolChoice,
 };
 use osp::view::View;
-use osp_session::recording::{Author, Event, Motion, StrokeId};
+use osp_session::{
+    recording::{Author, Event, Motion, StrokeId},
+    scene::Stroke,
+};
 
 /// Largest movement of the pointer during a click, heights of the window.
 const CLICK: f32 = 0.006;
@@ -220,7 +223,7 @@ impl Studio {
             && by != Vec3::ZERO
             && !self.input.selection.is_empty()
         {
-            if let Some(placed) = self.moved_group(by) {
+            if let Some(placed) = self.placed_group(&Motion::by(by)) {
                 self.events.push(placed);
             } else {
                 // One edit, or several if one line of the file cannot list all strokes.
@@ -329,10 +332,10 @@ impl Studio {
         let ray = view.ray_through(at);
         let without = self.input.pen.stroke();
         let twin = self.twin_of(without);
-        let (_, t) = self.pick(&ray, |stroke| {
+        let (_, point) = self.pick(&ray, |stroke| {
             without.is_none() || stroke.id() != without && (twin.is_none() || stroke.id() != twin)
         })?;
-        Some(ray.origin + ray.direction * t)
+        Some(point)
     }
 
     /// The stroke under or close to a point of the window, and the point on the stroke. Ignores strokes on locked
@@ -357,10 +360,9 @@ impl Studio {
         let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
         TOUCH_OFFSETS.iter().find_map(|&offset| {
             let (view, on_screen) = self.view_at(at + touch * Vec2::from(offset), aspect)?;
-            let ray = view.ray_through(on_screen);
-            let (id, t) = self.pick(&ray, |stroke| !locked.contains(&stroke.layer()))?;
-            let stroke = self.scene().stroke_of(id).id()?;
-            Some((stroke, ray.origin + ray.direction * t))
+            let is_free = |stroke: &Stroke| !locked.contains(&stroke.layer());
+            let (id, point) = self.pick(&view.ray_through(on_screen), is_free)?;
+            Some((self.scene().stroke_of(id).id()?, point))
         })
     }
 
@@ -387,7 +389,6 @@ impl Studio {
         }
     }
 
-    /// Turns the eye to the point under the pointer.
     pub(crate) fn look_at_pointer(&mut self, aspect: f32) {
         if let Some(point) = self.point_under_pointer(aspect) {
             self.navigator.look_at(point);
@@ -397,9 +398,7 @@ impl Studio {
     /// The point of the model under the pointer, world space.
     fn point_under_pointer(&mut self, aspect: f32) -> Option<Vec3> {
         let (view, on_screen) = self.input.gestures.pointer.and_then(|at| self.view_at(at, aspect))?;
-        let ray = view.ray_through(on_screen);
-        let (_, t) = self.pick(&ray, |_| true)?;
-        Some(ray.origin + ray.direction * t)
+        self.pick(&view.ray_through(on_screen), |_| true).map(|(_, point)| point)
     }
 
     /// The point of the model under the pointer; if there is none, the centre of the view.

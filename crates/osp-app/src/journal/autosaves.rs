@@ -37,7 +37,6 @@ fn origin(header: &Header) -> Option<&str> {
     header.source.strip_prefix(OURS)?.split_once(FROM).map(|(_, origin)| origin)
 }
 
-/// The name of the original session of a copy.
 pub(super) fn name_of_origin(header: &Header) -> Option<String> {
     let (path, _) = origin(header)?.split_once(": ")?;
     Path::new(path).file_name().map(|name| name.to_string_lossy().into_owned())
@@ -228,7 +227,6 @@ fn unstamped(name: &str) -> Option<&str> {
     without_time(name).or_else(of_numbered).map(|at| &name[..at])
 }
 
-/// The header of a session, if the file begins with one.
 fn read_header(path: &Path) -> Option<Header> {
     let file = open_regular(path).ok()?.take(MOST_HEADER_BYTES);
     let reader = RonReader::new(BufReader::new(file), path, OpenOptions::default()).ok()?;

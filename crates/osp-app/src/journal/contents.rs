@@ -32,7 +32,6 @@ impl Contents {
         }
     }
 
-    /// Adds further bytes.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         self.hash.update(bytes);

@@ -38,10 +38,6 @@ pub(super) struct History {
 }
 
 impl History {
-    /// The history of an empty session.
-    ///
-    /// # Errors
-    /// The header has an invalid number.
     pub(super) fn new(header: Header) -> Result<Self, RecordingError> {
         let lines = RonWriter::new(Text::default(), "the session", &header, Flush::EachEvent)?;
         Ok(Self { lines, source: None, header, strokes: HashMap::new() })
@@ -54,9 +50,6 @@ impl History {
 
     /// Writes the lines of all events, if the history has none. Without this call only [`History::events`],
     /// [`History::push`] and [`History::log`] are available.
-    ///
-    /// # Errors
-    /// The machine has not enough memory; nothing has changed.
     pub(super) fn write_lines(&mut self) -> Result<(), RecordingError> {
         let Some(source) = &self.source else { return Ok(()) };
         let mut written = Self::new(self.header.clone())?;
@@ -73,19 +66,12 @@ impl History {
         &self.header
     }
 
-    /// Appends an event.
-    ///
-    /// # Errors
-    /// The event is invalid in a recording; the history has not changed.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.write_lines()?;
         self.push_with(event, "")
     }
 
     /// Appends events that were read, with their lines if the file has lines.
-    ///
-    /// # Errors
-    /// An event is invalid in a recording; the events before it were appended.
     pub(super) fn push_read(&mut self, lines: &Lines) -> Result<(), RecordingError> {
         if let Some(source) = &mut self.source {
             source.events += lines.events.len() as u64;
@@ -124,9 +110,6 @@ impl History {
     }
 
     /// The events that drew these strokes, in order. Decompresses only the blocks with these events.
-    ///
-    /// # Errors
-    /// The machine has not enough memory for a block.
     pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
         let mut ranges: Vec<(u64, u64)> =
             strokes.iter().filter_map(|stroke| self.strokes.get(stroke)).copied().collect();
@@ -142,7 +125,7 @@ impl History {
         let mut events = Vec::new();
         let mut line = String::new();
         for (start, end) in ranges {
-            let mut reader = TextReader { pieces: self.pieces(start), piece: Cow::Borrowed(&[]), read: 0 };
+            let mut reader = self.text(start);
             let mut at = start;
             while at < end {
                 line.clear();
@@ -164,7 +147,6 @@ impl History {
         Ok(events)
     }
 
-    /// Size of the text, bytes.
     pub(super) fn bytes(&self) -> u64 {
         let text = self.lines.get_ref();
         text.sealed_bytes + text.open.len() as u64
@@ -174,23 +156,10 @@ impl History {
         self.source.as_ref().map_or(self.lines.lines() - 1, |source| source.events)
     }
 
-    /// The text from byte `from` on, block by block. If a line begins at this byte, each piece consists of complete
+    /// The text from byte `from` on. If a line begins at this byte, each piece that the reader fills consists of whole
     /// lines.
-    pub(super) fn pieces(&self, from: u64) -> Pieces<'_> {
-        self.lines.get_ref().pieces(from)
-    }
-
-    /// Writes the whole text.
-    pub(super) fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
-        self.pieces(0).try_for_each(|piece| out.write_all(&piece?))
-    }
-
-    /// A reader of the events, as from the file.
-    ///
-    /// # Errors
-    /// The machine has not enough memory for a block.
-    pub(super) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
-        self.lines.get_ref().read()
+    pub(super) fn text(&self, from: u64) -> TextReader<'_> {
+        self.lines.get_ref().reader(from)
     }
 
     /// A copy of all events for another thread. It shares the memory of the compressed blocks or of the file.
@@ -210,10 +179,6 @@ pub(crate) enum Log {
 }
 
 impl Log {
-    /// A reader of the events.
-    ///
-    /// # Errors
-    /// The machine has not enough memory for a block.
     pub(crate) fn read(&self) -> Result<Box<dyn EventSource + '_>, RecordingError> {
         Ok(match self {
             Self::Source(source) => source.open()?.events,
@@ -228,15 +193,11 @@ pub(crate) struct SourceFile {
     path: PathBuf,
     bytes: Arc<[u8]>,
     options: OpenOptions,
-    /// Number of events read.
     events: u64,
 }
 
 impl SourceFile {
     /// Reads a file of this format into memory. `None` if its lines take less memory, or it is too large.
-    ///
-    /// # Errors
-    /// The file cannot be read.
     pub(crate) fn read(
         path: &Path,
         format: &str,
@@ -252,10 +213,6 @@ impl SourceFile {
         Ok(Some(source).filter(|source| source.bytes.len() as u64 <= most))
     }
 
-    /// A reader of the file.
-    ///
-    /// # Errors
-    /// The file's beginning is damaged.
     pub(crate) fn open(&self) -> Result<recording::Session, RecordingError> {
         recording::open_bytes(&self.path, Arc::clone(&self.bytes), &self.options)
     }
@@ -268,7 +225,6 @@ pub(crate) struct Lines {
     text: String,
     /// End of each event's line in `text`. An event without a line takes no bytes.
     ends: Vec<usize>,
-    /// Total size of the lines that were read, bytes.
     bytes: usize,
 }
 
@@ -282,7 +238,6 @@ impl Lines {
         self.ends.push(self.text.len());
     }
 
-    /// Total size of the lines that were read, bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.bytes
     }
@@ -301,18 +256,14 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    fn pieces(&self, from: u64) -> Pieces<'_> {
+    fn reader(&self, from: u64) -> TextReader<'_> {
         let next = self.blocks.partition_point(|block| block.end <= from);
-        Pieces { text: self, next, from }
+        let start = next.checked_sub(1).map_or(0, |last| self.blocks[last].end);
+        TextReader { text: self, next, skips: (from - start) as usize, piece: Cow::Borrowed(&[]), read: 0 }
     }
 
-    /// A reader of the events, as from the file.
-    ///
-    /// # Errors
-    /// The machine has not enough memory for a block.
     fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
-        let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
-        RonReader::new(reader, "the session", OpenOptions::default())
+        RonReader::new(self.reader(0), "the session", OpenOptions::default())
     }
 }
 
@@ -331,10 +282,6 @@ enum Packed {
 }
 
 impl Block {
-    fn start(&self) -> u64 {
-        self.end - self.plain_bytes as u64
-    }
-
     fn unpack(&self) -> io::Result<Cow<'_, [u8]>> {
         match &self.packed {
             Packed::Plain(bytes) => Ok(Cow::Borrowed(bytes)),
@@ -365,44 +312,14 @@ impl Write for Text {
     }
 }
 
-/// An iterator over a part of a history's text, block by block.
-#[derive(Debug)]
-pub(super) struct Pieces<'h> {
-    text: &'h Text,
-    next: usize,
-    from: u64,
-}
-
-impl<'h> Iterator for Pieces<'h> {
-    type Item = io::Result<Cow<'h, [u8]>>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let (start, bytes) = match self.text.blocks.get(self.next) {
-            Some(block) => match block.unpack() {
-                Ok(bytes) => (block.start(), bytes),
-                Err(error) => return Some(Err(error)),
-            },
-            None if self.next == self.text.blocks.len() => {
-                (self.text.sealed_bytes, Cow::Borrowed(&self.text.open[..]))
-            }
-            None => return None,
-        };
-        self.next += 1;
-        let skipped = (self.from.saturating_sub(start) as usize).min(bytes.len());
-        let piece = match bytes {
-            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[skipped..]),
-            Cow::Owned(mut bytes) => {
-                bytes.drain(..skipped);
-                Cow::Owned(bytes)
-            }
-        };
-        (!piece.is_empty()).then_some(Ok(piece))
-    }
-}
-
+/// A reader of a part of a history's text, block by block.
 #[derive(Debug)]
 pub(crate) struct TextReader<'h> {
-    pieces: Pieces<'h>,
+    text: &'h Text,
+    /// The next block; after the last block the open text.
+    next: usize,
+    /// Number of bytes of the next block that are not read.
+    skips: usize,
     piece: Cow<'h, [u8]>,
     read: usize,
 }
@@ -417,10 +334,13 @@ impl Read for TextReader<'_> {
 
 impl BufRead for TextReader<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.read == self.piece.len()
-            && let Some(piece) = self.pieces.next()
-        {
-            (self.piece, self.read) = (piece?, 0);
+        if self.read == self.piece.len() && self.next <= self.text.blocks.len() {
+            self.piece = match self.text.blocks.get(self.next) {
+                Some(block) => block.unpack()?,
+                None => Cow::Borrowed(&self.text.open[..]),
+            };
+            self.read = std::mem::take(&mut self.skips).min(self.piece.len());
+            self.next += 1;
         }
         Ok(&self.piece[self.read..])
     }
@@ -433,7 +353,7 @@ impl BufRead for TextReader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osp_session::recording::{Author, EventSource, NormalRule, Tool};
+    use osp_session::recording::{Author, NormalRule, Tool};
 
     fn begin(stroke: u32) -> Event {
         Event::Begin {
@@ -460,14 +380,16 @@ mod tests {
         let history = history(20_000);
         assert!(history.lines.get_ref().blocks.len() > 5, "several blocks");
         assert_eq!(history.events(), 20_000);
-        let mut whole = Vec::new();
-        history.write_to(&mut whole).expect("memory");
+        let text = |from: usize| {
+            let mut text = Vec::new();
+            history.text(from as u64).read_to_end(&mut text).expect("memory");
+            text
+        };
+        let whole = text(0);
         assert_eq!(whole.len() as u64, history.bytes());
         let starts = whole.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);
         for start in starts.step_by(777).chain([0, whole.len()]) {
-            let rest: Vec<u8> =
-                history.pieces(start as u64).flat_map(|piece| piece.expect("a block").into_owned()).collect();
-            assert!(rest == whole[start..], "from byte {start}");
+            assert!(text(start) == whole[start..], "from byte {start}");
         }
         let packed: usize = history
             .lines
@@ -485,7 +407,8 @@ mod tests {
     #[test]
     fn what_was_pushed_is_read() {
         let history = history(10_000);
-        let mut reader = history.read().expect("a header");
+        let log = history.log();
+        let mut reader = log.read().expect("a header");
         for expected in 0..10_000 {
             let event = reader.next_event().expect("an event").expect("one more");
             assert_eq!(event, begin(expected));

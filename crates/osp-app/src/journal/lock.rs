@@ -90,7 +90,6 @@ impl OpenElsewhere {
     }
 }
 
-/// Reason why a session's lock was not taken.
 #[derive(Debug)]
 pub(crate) enum NotTaken {
     Held(OpenElsewhere),
@@ -296,19 +295,6 @@ mod tests {
         lock.leave();
         assert!(SessionLock::path_of(&session).exists());
         SessionLock::take(&session).expect("a lock file without a lock holds nobody back").release();
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn links_to_a_session_share_its_lock() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let (session, link) = (folder.path().join("a.ron"), folder.path().join("b.ron"));
-        fs::write(&session, "").expect("a file");
-        std::os::unix::fs::symlink(&session, &link).expect("a link");
-        let lock = SessionLock::take(&link).expect("free");
-        held(&session);
-        lock.release();
-        SessionLock::take(&session).expect("free").release();
     }
 
     #[test]

@@ -1,5 +1,5 @@
 use std::{
-    io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write},
+    io::{self, BufRead, BufReader, ErrorKind, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -95,8 +95,6 @@ pub(crate) struct SessionFile {
     held: u64,
     /// Number of lines of the history that the file has.
     lines: u64,
-    /// The end of the file when the session was opened; `None` if no file existed.
-    before: Option<Before>,
 }
 
 #[derive(Debug)]
@@ -131,32 +129,16 @@ struct Unsynced {
     last: Instant,
 }
 
-/// The state of a file's end before any event was appended. [`SessionFile::revert`] restores it.
-#[derive(Debug)]
-struct Before {
-    held: u64,
-    lines: u64,
-    whole_bytes: u64,
-    lacks_newline: bool,
-    /// The bytes of an incomplete last line.
-    torn: Vec<u8>,
-}
-
 impl SessionFile {
     /// A file that the first event will create.
     pub(crate) fn new(path: PathBuf, lock: Option<SessionLock>) -> Self {
-        Self { path, lock, open: None, held: 0, lines: 0, before: None }
+        Self { path, lock, open: None, held: 0, lines: 0 }
     }
 
     /// Opens a session to continue it. The lock was taken before, so no other program changes the file afterwards.
-    ///
-    /// # Errors
-    /// Another program has the file open, or the file cannot be opened for writing. The error returns the lock.
     pub(crate) fn open(path: PathBuf, lock: SessionLock) -> Result<Self, (Trouble, SessionLock)> {
         match open_for_writing(&path) {
-            Ok(open) => {
-                Ok(Self { path, lock: Some(lock), open: Some(open), held: 0, lines: 0, before: None })
-            }
+            Ok(open) => Ok(Self { path, lock: Some(lock), open: Some(open), held: 0, lines: 0 }),
             Err(trouble) => Err((trouble, lock)),
         }
     }
@@ -171,51 +153,24 @@ impl SessionFile {
         let mut file = &*open.file;
         file.rewind().map_err(io)?;
         let end = LastLine::find(&mut BufReader::with_capacity(1 << 16, file), &self.path)?;
-        let mut torn = Vec::new();
-        file.seek(SeekFrom::Start(end.whole_bytes)).map_err(io)?;
-        file.take(open.bytes.saturating_sub(end.whole_bytes)).read_to_end(&mut torn).map_err(io)?;
         (open.whole_bytes, open.lacks_newline) = (end.whole_bytes, end.lacks_newline);
-        open.learn_contents().map_err(io)?;
-        self.before = Some(Before {
-            held: self.held,
-            lines: self.lines,
-            whole_bytes: end.whole_bytes,
-            lacks_newline: end.lacks_newline,
-            torn,
-        });
-        Ok(())
+        open.learn_contents().map_err(io)
     }
 
     /// Writes a whole session to a path and continues in that file. An existing file is replaced.
-    ///
-    /// # Errors
-    /// The file cannot be written; an existing file has not changed.
     pub(super) fn replace(path: &Path, lock: SessionLock, history: &History) -> Result<Self, Trouble> {
         let mut file = Self::new(path.to_owned(), Some(lock));
         if let Err(trouble) = file.rewrite(history) {
             file.release();
             return Err(trouble);
         }
-        file.start_here();
         Ok(file)
-    }
-
-    /// Stores the file's current end, so that [`SessionFile::revert`] restores it.
-    fn start_here(&mut self) {
-        self.before = self.open.as_ref().map(|open| Before {
-            held: self.held,
-            lines: self.lines,
-            whole_bytes: open.whole_bytes,
-            lacks_newline: open.lacks_newline,
-            torn: Vec::new(),
-        });
     }
 
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether the file exists yet.
     pub(super) fn is_made(&self) -> bool {
         self.open.is_some()
     }
@@ -287,14 +242,19 @@ impl SessionFile {
         }
         let Some(open) = &mut self.open else { return Ok(()) };
         open.prepare().map_err(|error| Trouble::io(&error))?;
-        for piece in history.pieces(self.held) {
-            let piece = piece.map_err(|error| Trouble::io(&error))?;
-            let (whole, result) = open.append(&piece);
+        let mut text = history.text(self.held);
+        loop {
+            let piece = text.fill_buf().map_err(|error| Trouble::io(&error))?;
+            if piece.is_empty() {
+                return Ok(());
+            }
+            let (whole, result) = open.append(piece);
             self.held += whole.len() as u64;
             self.lines += whole.iter().filter(|&&byte| byte == b'\n').count() as u64;
             result.map_err(|error| Trouble::io(&error))?;
+            let length = piece.len();
+            text.consume(length);
         }
-        Ok(())
     }
 
     /// Creates the file, which must not exist.
@@ -318,14 +278,14 @@ impl SessionFile {
         lock_itself(&file, &self.path)?;
         let data = file.metadata().map_err(|error| Trouble::io(&error))?;
         self.open = Some(OpenFile::new(file, &data));
-        (self.held, self.lines, self.before) = (0, 0, None);
+        (self.held, self.lines) = (0, 0);
         Ok(())
     }
 
-    /// Writes the whole session to the path again.
     fn rewrite(&mut self, history: &History) -> Result<(), Trouble> {
         let place = true_path(&self.path);
-        write_atomically(&place, |out| history.write_to(out)).map_err(|error| Trouble::io(&error))?;
+        write_atomically(&place, |out| io::copy(&mut history.text(0), out).map(drop))
+            .map_err(|error| Trouble::io(&error))?;
         let mut open = open_for_writing(&self.path)?;
         open.learn_contents().map_err(|error| Trouble::io(&error))?;
         // The file's new name may not be on the disk yet.
@@ -357,7 +317,6 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Flushes all data to the disk now.
     pub(super) fn sync(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         if let Some(syncing) = open.syncing.take() {
@@ -370,34 +329,6 @@ impl SessionFile {
             open.note_sync(result)?;
             open.unsynced = None;
         }
-        Ok(())
-    }
-
-    /// Restores the file to its state when the session was opened. A file that another program has changed is not
-    /// touched. If that program undoes its change, the file is written again.
-    pub(super) fn revert(&mut self) -> Result<(), Trouble> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        open.is_doubtful = true;
-        self.check()?;
-        let io = |error: io::Error| Trouble::io(&error);
-        let (Some(before), Some(open)) = (&self.before, &mut self.open) else {
-            fs::remove_file(&self.path).map_err(io)?;
-            (self.open, self.held, self.lines) = (None, 0, 0);
-            return Ok(());
-        };
-        (self.held, self.lines) = (before.held, before.lines);
-        let bytes = before.whole_bytes + before.torn.len() as u64;
-        if open.bytes != bytes || open.whole_bytes != before.whole_bytes {
-            let mut file = &*open.file;
-            file.set_len(before.whole_bytes).map_err(io)?;
-            file.seek(SeekFrom::Start(before.whole_bytes)).map_err(io)?;
-            file.write_all(&before.torn).map_err(io)?;
-            file.sync_data().map_err(io)?;
-            (open.bytes, open.whole_bytes) = (bytes, before.whole_bytes);
-            open.lacks_newline = before.lacks_newline;
-            open.learn_contents().map_err(io)?;
-        }
-        open.is_doubtful = false;
         Ok(())
     }
 

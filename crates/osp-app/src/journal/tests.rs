@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::{Access, OpenError, Opening, Session};
-use osp_session::recording::{self, Author, Flush, OpenOptions, RonWriter, StrokeId};
+use osp_session::recording::{self, Author, Flush, Limits, OpenOptions, RonWriter, StrokeId};
 
 struct Desk {
     folder: tempfile::TempDir,
@@ -82,7 +82,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
     assert!(SessionLock::take_over(&path).is_none(), "its program lives");
     // A crash: the lock vanishes with the program, the lock file stays.
     drop(journal);
-    let (mut document, opened) = Session::recover_or_new(&autosaves);
+    let (mut document, opened) = Session::recover_or_new(&autosaves, Limits::DEFAULT);
     assert!(opened.is_recovered && !document.journal().is_named());
     draw(&mut document, 1);
     assert_eq!(events_in(&path), 5);
@@ -255,7 +255,7 @@ fn a_file_that_is_lost_is_left_alone_and_nothing_of_the_session_is_lost() {
             assert_eq!(events_in(kept_in) as u64, events, "{case}");
             assert!(unwritten.to_string().contains(&kept_in.display().to_string()), "{unwritten}");
             // The next window restores it.
-            let (document, opened) = Session::recover_or_new(&desk.autosaves());
+            let (document, opened) = Session::recover_or_new(&desk.autosaves(), Limits::DEFAULT);
             assert!(opened.is_recovered && document.event_count() == events, "{case}");
             document.close().expect("unchanged");
         }
@@ -318,62 +318,6 @@ fn a_session_without_a_name_goes_on_in_another_file() {
     assert_eq!(events_in(&second), 3);
     let news = document.take_news().join("\n");
     assert!(news.contains("removed") && news.contains(&second.display().to_string()), "{news}");
-    drop(document);
-    // The initial contents of a session stay, even if its file is lost and the later events are discarded.
-    let (mut document, opened) = Session::recover_or_new(&desk.autosaves());
-    assert!(opened.is_recovered);
-    fs::remove_file(&second).expect("removed");
-    draw(&mut document, 4);
-    let third = document.path().to_owned();
-    document.discard().expect("read again");
-    document.close().expect("written");
-    assert_eq!(desk.autosaved(), std::slice::from_ref(&third));
-    assert_eq!(events_in(&third), 3);
-}
-
-#[test]
-fn a_session_without_a_name_that_is_discarded_leaves_nothing() {
-    let desk = Desk::new();
-    let mut document = Session::new(&desk.autosaves());
-    draw(&mut document, 1);
-    assert_eq!(desk.autosaved().len(), 2, "the session and its lock file");
-    document.discard().expect("read again");
-    document.close().expect("nothing left");
-    assert!(desk.autosaved().is_empty());
-}
-
-#[test]
-fn what_is_discarded_leaves_the_file_as_it_was() {
-    let desk = Desk::new();
-    let whole = fs::read(desk.drawn("a.ron")).expect("a file");
-    for tail in ["", "Redo(t:10", "Redo(t:10.0)"] {
-        let bytes = [&whole[..], tail.as_bytes()].concat();
-        fs::write(desk.path("a.ron"), &bytes).expect("written");
-        let mut document = desk.open("a.ron");
-        let events = document.event_count();
-        for _ in 0..2 {
-            draw(&mut document, 5);
-            assert_eq!(document.journal().new_events(), 5);
-            document.discard().expect("read again");
-            assert_eq!((document.event_count(), document.journal().new_events()), (events, 0));
-            assert!(fs::read(desk.path("a.ron")).expect("a file") == bytes, "{tail}");
-        }
-        draw(&mut document, 1);
-        assert_eq!(events_in(&desk.path("a.ron")) as u64, events + 1);
-        document.discard().expect("read again");
-        document.close().expect("nothing to write");
-        assert!(fs::read(desk.path("a.ron")).expect("a file") == bytes, "{tail}");
-    }
-    // A file created in this run is removed; a file saved under a name stays.
-    let mut document = desk.open("new.ron");
-    draw(&mut document, 2);
-    document.discard().expect("read again");
-    assert!(!desk.path("new.ron").exists());
-    draw(&mut document, 2);
-    document.save_as(&desk.path("saved.ron")).expect("saved");
-    draw(&mut document, 2);
-    document.discard().expect("read again");
-    assert_eq!((events_in(&desk.path("saved.ron")), document.event_count()), (2, 2));
     document.close().expect("written");
 }
 
@@ -529,7 +473,7 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
     fs::write(newest, &damaged).expect("written");
     let ages = fs::File::options().write(true).open(newest).expect("the file");
     ages.set_modified(std::time::SystemTime::now() + Duration::from_secs(60)).expect("a time");
-    let (document, opened) = Session::recover_or_new(&desk.autosaves());
+    let (document, opened) = Session::recover_or_new(&desk.autosaves(), Limits::DEFAULT);
     assert_eq!(document.path(), older);
     let said = opened.remarks.join("\n");
     let newest_name = newest.display().to_string();
@@ -561,7 +505,7 @@ fn windows_that_start_at_once_bring_back_different_sessions() {
             let windows = [(); 2].map(|()| {
                 scope.spawn(|| {
                     start.wait();
-                    let (mut document, _) = Session::recover_or_new(&desk.autosaves());
+                    let (mut document, _) = Session::recover_or_new(&desk.autosaves(), Limits::DEFAULT);
                     draw(&mut document, 50);
                     let path = document.path().to_owned();
                     document.close().expect("written");

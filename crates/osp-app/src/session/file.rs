@@ -1,7 +1,7 @@
 //! Opens sessions for drawing or read-only.
 
 use std::{
-    cell::Cell,
+    borrow::Cow,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
@@ -37,12 +37,7 @@ impl Session {
     }
 
     /// Restores the newest readable session that a crash left open. Without such a session, begins an empty session.
-    pub fn recover_or_new(autosaves: &Autosaves) -> (Self, Opened) {
-        Self::recover_or_new_within(autosaves, Limits::DEFAULT)
-    }
-
-    /// Does the same as [`Session::recover_or_new`], with limits.
-    pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
+    pub fn recover_or_new(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
         let mut opened = Opened::default();
         for path in autosaves.marked() {
             // The lock is taken before reading, because another window may try to restore the same session.
@@ -87,34 +82,10 @@ impl Session {
     /// # Errors
     /// The errors of [`Session::open`]. For read-only access or a copy, the session may be open in another window.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
-        Self::open_watched(path, autosaves, how, &|_| true)
-    }
-
-    /// Does the same as [`Session::open_as`], with progress: calls `go_on` regularly with the number of events read.
-    ///
-    /// # Errors
-    /// The errors of [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
-    pub fn open_watched(
-        path: &Path,
-        autosaves: &Autosaves,
-        how: Opening,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<(Self, Opened), OpenError> {
-        let was_cancelled = Cell::new(false);
-        let watch = |events| {
-            let goes_on = go_on(events);
-            was_cancelled.set(!goes_on);
-            goes_on
-        };
-        let outcome = Self::start(path, autosaves, how)?.read(&watch);
-        // The reader's error would only state that it was interrupted.
-        if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
+        Self::start(path, autosaves, how)?.read_watched(path, &|_| true)
     }
 
     /// Begins to open a session like [`Session::open_as`]. The caller then reads the events.
-    ///
-    /// # Errors
-    /// The errors of [`Session::open_as`].
     pub(crate) fn start(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {
@@ -123,8 +94,7 @@ impl Session {
             Err(error) => return Err(OpenError::io(path, error)),
         };
         if is_new && may_begin {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let header = our_header(&stem);
+            let header = our_header(&stem(path));
             let header = if how.of_several { of_several(header) } else { header };
             return Ok(Started::Empty(Box::new(Self::begin(path, header, autosaves)?)));
         }
@@ -146,30 +116,14 @@ impl Session {
                 (reader.session.earlier, reader.session.is_import) = (earlier, is_import);
                 reader
             }
-            None => {
-                // A session that a crash left open stays marked if it cannot be opened.
-                let was_left_open = fs::is_there(&SessionLock::path_of(path));
-                let file = take(path)?;
-                let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
-                Self::reader_to_continue(path, how.limits, file, autosaves, give_back)?
-            }
+            None => Self::reader_of_own(path, how.limits, autosaves)?,
         };
         Ok(Started::Reads(Box::new(reader)))
     }
 
-    /// Opens a session read-only, even if another window has it open or it is empty.
-    pub fn look_at(
-        path: &Path,
-        autosaves: &Autosaves,
-        how: Opening,
-    ) -> Result<(Self, Opened), RecordingError> {
-        Self::reader_to_view(path, autosaves, how)?.read(&|_| true)
-    }
-
     fn reader_to_view(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, RecordingError> {
         if fs::metadata(path).map_or(true, |data| data.is_file() && data.len() == 0) {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let journal = Journal::of_reader(path, our_header(&stem), autosaves)?;
+            let journal = Journal::of_reader(path, our_header(&stem(path)), autosaves)?;
             return Ok(Started::Empty(Box::new(Self::around(journal))));
         }
         let session = recording::open(path, &how.options())?;
@@ -183,9 +137,6 @@ impl Session {
 
     /// Opens the file of a shared session with this header, or begins a new file. For an existing file with events it
     /// also returns a second reader, to compare the events with the server's.
-    ///
-    /// # Errors
-    /// The file cannot be read or written, another window has it open, or it has other contents.
     #[cfg(feature = "live")]
     pub(crate) fn open_shared(
         path: &Path,
@@ -213,9 +164,7 @@ impl Session {
         if !may_be_written(path) {
             return Err(refused("it may not be written to"));
         }
-        let was_left_open = fs::is_there(&SessionLock::path_of(path));
-        let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
-        let mut reader = Self::reader_to_continue(path, limits, take(path)?, autosaves, give_back)?;
+        let mut reader = Self::reader_of_own(path, limits, autosaves)?;
         // Other authors of the shared session end unfinished strokes.
         reader.ends_strokes = false;
         let (session, opened) = reader.read(&|_| true)?;
@@ -223,7 +172,6 @@ impl Session {
         Ok((session, opened, has_events.then_some(again)))
     }
 
-    /// Begins a session in a new or empty file.
     fn begin(path: &Path, header: Header, autosaves: &Autosaves) -> Result<Self, OpenError> {
         let file = if fs::is_there(path) {
             take(path)?
@@ -243,6 +191,14 @@ impl Session {
         let mut journal = Journal::named(file, header, autosaves)?;
         journal.start()?;
         Ok(Self::around(journal))
+    }
+
+    /// Starts to read a session that continues in its own file. A session that a crash left open stays marked if it
+    /// cannot be read.
+    fn reader_of_own(path: &Path, limits: Limits, autosaves: &Autosaves) -> Result<SessionReader, OpenError> {
+        let was_left_open = fs::is_there(&SessionLock::path_of(path));
+        let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
+        Self::reader_to_continue(path, limits, take(path)?, autosaves, give_back)
     }
 
     /// Starts to read a session that continues in `file`. On an error it calls `give_back` with the file.
@@ -274,11 +230,10 @@ impl Session {
         autosaves: &Autosaves,
         how: Opening,
     ) -> Result<SessionReader, RecordingError> {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = source_of_copy(path, &session.header.source);
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
-        let journal = Journal::unnamed(autosaves, &stem, header)?;
+        let journal = Journal::unnamed(autosaves, &stem(path), header)?;
         let (session, journal) = held(session, journal, path, how)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let remark = format!("{name}: {why}, so you draw on a copy, which is saved by itself");
@@ -306,6 +261,10 @@ fn missing_folder(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;
     (!fs::is_folder(folder)).then(|| folder.to_owned())
+}
+
+fn stem(path: &Path) -> Cow<'_, str> {
+    path.file_stem().unwrap_or_default().to_string_lossy()
 }
 
 fn is_ron(path: &Path) -> bool {

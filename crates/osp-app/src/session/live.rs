@@ -21,7 +21,7 @@ use crate::journal::{Autosaves, Journal};
 use inbox::Inbox;
 pub use joining::Unjoined;
 use known::Known;
-use osp_net::live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status};
+use osp_net::live::{Address, Connection, Link, LiveError, ME, News, Role, Status};
 use osp_session::{
     platform::time::Instant,
     recording::{Author, Event, Header, ONE_AUTHOR_FORMAT, RecordingError, StrokeId},
@@ -87,7 +87,7 @@ impl Live {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn join(address: &Address, options: &LinkOptions, autosaves: &Autosaves) -> Result<Self, LiveError> {
+    pub fn join(address: &Address, role: &Role, autosaves: &Autosaves) -> Result<Self, LiveError> {
         let has_news = Arc::new(AtomicBool::new(false));
         let of_link = Arc::clone(&has_news);
         let session = address.session.to_owned();
@@ -97,14 +97,14 @@ impl Live {
             ..Header::new(&name, concat!("osp sketch ", env!("CARGO_PKG_VERSION"), ", in a shared session"))
         };
         Ok(Self {
-            link: Link::open(address, options, move || of_link.store(true, Relaxed))?,
+            link: Link::open(address, role, move || of_link.store(true, Relaxed))?,
             has_news,
             was_taken: false,
             inbox: Inbox::default(),
             has_unread_events: false,
             own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
             session,
-            is_watcher: options.role == Role::Watcher,
+            is_watcher: *role == Role::Watcher,
             waiting: VecDeque::new(),
             overlay: Overlay::default(),
             known: None,
@@ -140,12 +140,10 @@ impl Live {
         is_time
     }
 
-    /// The journal of the user's events.
     pub(super) fn own_mut(&mut self) -> &mut Journal {
         &mut self.own
     }
 
-    /// Whether an event of the user already erases the stroke.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         self.erasing.contains(&stroke)
     }
@@ -160,17 +158,14 @@ impl Live {
         self.is_watcher || ME.number(self.next).is_none()
     }
 
-    /// Mutable access to [`Live::overlay`].
     pub(crate) fn overlay_mut(&mut self) -> &mut Overlay {
         &mut self.overlay
     }
 
-    /// The time of the user's events, seconds.
     pub(super) fn now_secs(&self) -> f64 {
         self.link.hand().now_secs()
     }
 
-    /// An unused number for a stroke or group of the user.
     pub(super) fn new_number(&mut self) -> u32 {
         let Some(number) = ME.number(self.next) else { return ME.number(0).unwrap_or_default() };
         self.next += 1;
@@ -178,9 +173,6 @@ impl Live {
     }
 
     /// Writes an event of the user to the file of the user's events; [`Live::send`] then sends it.
-    ///
-    /// # Errors
-    /// The event is invalid.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         // The file of the user's events has a single author, so its events cannot close a layer.
         let mut alone = event.names_author().then(|| event.clone());
@@ -394,7 +386,6 @@ impl Live {
         format!("{connection}{who}{there}{latency}{waiting}{unsaved}")
     }
 
-    /// Number of the user's events that the server has not returned yet.
     pub(super) fn waiting(&self) -> usize {
         self.waiting.len()
     }

@@ -1,8 +1,12 @@
 //! Reads a session for drawing, either in one call on several threads or piece by piece.
 
-use std::{io, sync::Arc};
+use std::{cell::Cell, io, path::Path, sync::Arc};
 
-use super::{Session, model::PIECE, opening::Opened};
+use super::{
+    Session,
+    model::PIECE,
+    opening::{OpenError, Opened},
+};
 use crate::{
     journal::{Journal, Lines, SessionFile},
     threads,
@@ -29,9 +33,26 @@ impl Started {
             Self::Reads(reader) => reader.read(go_on),
         }
     }
+
+    /// Reads the session. Calls `go_on` regularly with the number of events read; once it returns `false`, the error is
+    /// [`OpenError::Cancelled`].
+    pub(crate) fn read_watched(
+        self,
+        path: &Path,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(Session, Opened), OpenError> {
+        let was_cancelled = Cell::new(false);
+        let watch = |events| {
+            let goes_on = go_on(events);
+            was_cancelled.set(!goes_on);
+            goes_on
+        };
+        let outcome = self.read(&watch);
+        // The reader's error would only state that it was interrupted.
+        if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
+    }
 }
 
-/// Reads a recording into a [`Session`].
 #[derive(Debug)]
 pub(crate) struct SessionReader {
     pub(super) session: Session,
@@ -42,7 +63,6 @@ pub(crate) struct SessionReader {
     give_back: fn(SessionFile),
     /// Whether to end strokes that a crash left open.
     pub(super) ends_strokes: bool,
-    /// Number of events read.
     pub(crate) events: u64,
 }
 
@@ -68,9 +88,6 @@ impl SessionReader {
     }
 
     /// Reads a piece into the journal and the model. Returns whether more events may follow.
-    ///
-    /// # Errors
-    /// The session is damaged or has invalid events. The caller must then call [`SessionReader::give_up`].
     pub(crate) fn step(&mut self) -> Result<bool, RecordingError> {
         let mut piece = Lines::default();
         let outcome = read_piece(&mut *self.recorded.events, &mut piece);
@@ -82,11 +99,12 @@ impl SessionReader {
 
     /// Reads the session to its end, with threads for the model and the journal. Calls `go_on` regularly with the
     /// number of events read.
-    ///
-    /// # Errors
-    /// The errors of [`SessionReader::step`], or an error of kind `Interrupted` if `go_on` returned `false`.
     pub(super) fn read(mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(Session, Opened), RecordingError> {
-        match self.read_all(go_on) {
+        let read = match cfg!(target_arch = "wasm32") {
+            true => self.read_in_steps(go_on),
+            false => self.read_on_threads(go_on),
+        };
+        match read {
             Ok(()) => self.finish(),
             Err(error) => {
                 self.give_up();
@@ -97,7 +115,7 @@ impl SessionReader {
 
     /// Reads the events piece by piece. One thread applies them to the model, another thread compresses their lines for
     /// the journal.
-    fn read_all(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
+    fn read_on_threads(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
         let Session { model, journal, .. } = &mut self.session;
         let events = &mut *self.recorded.events;
         let path = journal.path().to_owned();
@@ -114,7 +132,7 @@ impl SessionReader {
                     return Ok(());
                 }
                 if !go_on(count) {
-                    return Err(RecordingError::io(&path, io::ErrorKind::Interrupted.into()));
+                    return Err(interrupted(&path));
                 }
             }
         };
@@ -129,10 +147,17 @@ impl SessionReader {
         noted.and(applied).and(read)
     }
 
+    /// Reads the events piece by piece on this thread.
+    fn read_in_steps(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
+        while self.step()? {
+            if !go_on(self.events) {
+                return Err(interrupted(self.session.path()));
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the session after its last piece.
-    ///
-    /// # Errors
-    /// The file has changed since it was read.
     pub(crate) fn finish(mut self) -> Result<(Session, Opened), RecordingError> {
         let notes = self.recorded.events.notes();
         self.opened.remarks.extend(notes.warnings);
@@ -154,6 +179,10 @@ impl SessionReader {
     pub(crate) fn give_up(self) {
         self.session.journal.give_back(self.give_back);
     }
+}
+
+fn interrupted(path: &Path) -> RecordingError {
+    RecordingError::io(path, io::ErrorKind::Interrupted.into())
 }
 
 /// Reads the events of a piece. Events before an error stay in the piece. Returns whether more events may follow.

@@ -29,7 +29,6 @@ pub struct Jump {
     pub polygon_count: usize,
 }
 
-/// A copy of the model after some frames.
 #[derive(Debug)]
 struct Snapshot {
     state: SessionState,
@@ -116,7 +115,6 @@ impl Replay {
         (self.secs_at(self.frame_count()) / 60.0).clamp(1.0, FASTEST)
     }
 
-    /// Sets the speed, as a multiple of the recorded speed.
     pub(super) fn set_speed(&mut self, speed: f64) {
         self.speed = if speed.is_finite() { speed.clamp(0.01, FASTEST) } else { 1.0 };
     }
@@ -185,7 +183,6 @@ impl Replay {
         move |goes_on| recorded.strokes(end, goes_on)
     }
 
-    /// Jumps to the model after `frames` frames.
     pub(super) fn seek(&mut self, model: &mut Model, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());
         let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames() <= frames);

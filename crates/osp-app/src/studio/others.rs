@@ -43,8 +43,7 @@ impl Studio {
         if others.peek().is_none() {
             return Vec::new();
         }
-        let hands = self.tracked_poses();
-        let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
+        let mut views = self.views_of(aspect);
         // If two eyes share a part of the window, the name is shown only once.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut found = Vec::new();

@@ -30,6 +30,7 @@ impl Studio {
         }
         let Some(first) = self.shown.views.first() else { return };
         let view = first.view;
+        let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
         let scene = self.session.scene();
         if self.layers.grid {
             layers::draw_grid(
@@ -45,11 +46,14 @@ impl Studio {
             }
         }
         if self.layers.nodes {
-            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
-            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.shown.lines);
+            layers::draw_nodes(
+                self.culling.index(),
+                &culled_from.frustum(),
+                self.layers.node_depth,
+                &mut self.shown.lines,
+            );
         }
         if self.layers.shadows {
-            let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
             let length_m = self.session.bounds().extent().length().max(0.1) * 2.0;
             let shadows = self.culling.shadows();
             layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.shown.lines);
@@ -59,7 +63,7 @@ impl Studio {
         }
         self.shown.cut = None;
         if self.layers.cut {
-            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
+            let frustum = culled_from.frustum();
             let in_view = self.culling.in_view(0).into_iter().flat_map(VisibleBlocks::ids);
             let (inside, cut) = layers::inside_and_cut(scene, &frustum, in_view);
             self.shown.cut = Some((inside, cut.len() as u64));
@@ -92,7 +96,6 @@ impl Studio {
         }
     }
 
-    /// Draws a ring around each other author's pen, in the author's colour.
     #[cfg(feature = "live")]
     fn draw_others(&mut self, view: &View) {
         let mut lines = std::mem::take(&mut self.shown.lines);
@@ -105,7 +108,6 @@ impl Studio {
         self.shown.lines = lines;
     }
 
-    /// Draws the test pattern of each screen for each of its eyes.
     pub(super) fn draw_patterns(&mut self) {
         if !self.room.shows_pattern() {
             return;

@@ -14,7 +14,6 @@ use crate::{
     question::Question,
     room::RoomView,
     selection::Selection,
-    session::OpenError,
     tool::ToolChoice,
     tracker::{Hands, Senders, Tracker, Watch},
     working::{WorkMode, Working},
@@ -25,6 +24,7 @@ use osp::{
     polygon::{Change, VisibleBlocks},
 };
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
+use osp_session::recording::RecordingError;
 
 /// Times and counts of a frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,7 +46,6 @@ pub(crate) struct Pending {
     pub(crate) is_other_scene: bool,
     /// Number of polygons that keep their ids. New polygons reuse the ids from this number on.
     pub(crate) keep: Option<usize>,
-    /// The changes for the GPU scene.
     pub(crate) changes: Vec<Change>,
 }
 
@@ -91,13 +90,11 @@ impl Input {
     }
 }
 
-/// Work that commands have started, and its results.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
     pub(crate) question: Option<Question>,
     /// Whether the user has closed the window and no question is open.
     pub(crate) is_closing: bool,
-    /// Result of the last command that read or wrote a file.
     pub(crate) file_outcome: Option<Result<(), String>>,
     /// File for a picture of the next frame.
     pub(crate) picture: Option<PathBuf>,
@@ -105,13 +102,12 @@ pub(crate) struct Work {
     pub(crate) mode: WorkMode,
     pub(crate) working: Option<Working>,
     pub(crate) film_maker: Option<FilmMaker>,
-    /// The error of a session that could not be read.
-    pub(crate) unread: Option<OpenError>,
+    /// The error of a session that could not be read for a replay.
+    pub(crate) unread: Option<RecordingError>,
     /// The error of a session that was closed before all of it was written.
     pub(crate) unwritten: Option<Unwritten>,
 }
 
-/// The contents of the last frame.
 #[derive(Debug, Default)]
 pub(crate) struct Shown {
     /// Number of polygons inside the frustum, and number of polygons that intersect its planes; `None` while they are

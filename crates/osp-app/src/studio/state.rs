@@ -4,7 +4,7 @@ use super::{Studio, parts::FrameReport};
 #[cfg(feature = "live")]
 use crate::session::{Live, Overlay};
 use crate::{
-    culling::Culling,
+    culling::{Culling, CullingPlan},
     layers::LayerChoice,
     navigator::Navigator,
     pen::{Brush, Snap},
@@ -14,13 +14,8 @@ use crate::{
     tool::ToolChoice,
     tracker::{Listening, Senders, Tracker, Watch},
 };
-use osp::{
-    frame::AutoBasis,
-    occlusion::{NodeTest, Score},
-    polygon::VisibleBlocks,
-};
+use osp::polygon::VisibleBlocks;
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
-use osp_rivals::IndexSettings;
 use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
 /// Settings, and values for the panels.
@@ -37,26 +32,14 @@ impl Studio {
         self.session.live().map(|live| &live.overlay)
     }
 
-    /// Mutable access to [`Studio::overlay`].
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
         self.session.live_mut().map(Live::overlay_mut)
     }
 
-    /// Sets the node test and the occluder score of occlusion culling. Call it before a method is chosen.
-    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
-        self.culling.set_tests(node_test, score);
-    }
-
-    /// Sets the settings of the index. Call it before the method of occlusion culling is chosen.
-    pub fn set_index_settings(&mut self, settings: IndexSettings) {
-        self.culling.set_index_settings(settings);
-    }
-
-    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling. Call it before `auto` is
-    /// chosen. Measured times depend on the machine; counts lead to the same decision on every machine.
-    pub fn set_auto_basis(&mut self, basis: AutoBasis) {
-        self.culling.set_auto_basis(basis);
+    /// The settings of culling. Change them before the method of occlusion culling is chosen.
+    pub fn culling_plan_mut(&mut self) -> &mut CullingPlan {
+        &mut self.culling.plan
     }
 
     /// Sets the limits of sessions that are opened later.
@@ -196,7 +179,6 @@ impl Studio {
         self.message_at = Some(Instant::now());
     }
 
-    /// Time since the last message came.
     pub(crate) fn message_age(&self) -> Option<Duration> {
         self.message_at.map(|at| at.elapsed())
     }

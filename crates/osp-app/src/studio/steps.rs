@@ -26,8 +26,7 @@ impl Studio {
     /// the views have no label.
     pub fn occluder_labels(&self, aspect: f32) -> Vec<OccluderLabel> {
         let Some(steps) = &self.steps else { return Vec::new() };
-        let hands = self.tracked_poses();
-        let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
+        let mut views = self.views_of(aspect);
         // If two eyes share a part of the window, the names are shown only once.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut labels = Vec::new();
@@ -68,7 +67,7 @@ impl Studio {
         let first = self.shown.views.first().map(|view| view.view);
         let frozen = self.frozen.as_ref().and_then(|frozen| frozen.first()).copied();
         if let (Some(steps), Some(view)) = (&mut self.steps, frozen.or(first)) {
-            let (_, score) = self.culling.tests();
+            let score = self.culling.plan.score;
             steps.follow(self.session.scene(), &view, score, self.changes.is_empty());
         }
     }

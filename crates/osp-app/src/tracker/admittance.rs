@@ -16,8 +16,6 @@ pub enum Listening {
     /// The first sender, until it is inactive.
     #[default]
     First,
-    /// All senders, together as one author.
-    Everybody,
     /// All senders, each as an author of the session; at most 16 simultaneously.
     Authors,
 }
@@ -98,7 +96,6 @@ impl Admittance {
     pub(super) fn admit(&mut self, from: SocketAddr, packet: &[u8], now: Instant) -> Admission {
         let most = match self.options.listening {
             Listening::First => 1,
-            Listening::Everybody => usize::MAX,
             Listening::Authors => MOST_AUTHORS,
         };
         let is_there = |received: &Instant| now.duration_since(*received) < Self::SILENCE;
@@ -121,10 +118,8 @@ impl Admittance {
 
     /// Records that an admitted sender has sent a valid message: its datagrams are accepted from now on.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
-        if self.options.listening != Listening::Everybody {
-            self.received.retain(|_, received| now.duration_since(*received) < Self::SILENCE);
-            self.received.insert(from, now);
-        }
+        self.received.retain(|_, received| now.duration_since(*received) < Self::SILENCE);
+        self.received.insert(from, now);
     }
 }
 
@@ -134,7 +129,6 @@ pub(super) fn is_osc(packet: &[u8]) -> bool {
     packet.starts_with(b"/") || packet.starts_with(b"#bundle\0")
 }
 
-/// The key at the beginning of a datagram.
 fn key_of(packet: &[u8]) -> Option<&str> {
     if is_osc(packet) {
         return osc_key(packet);
@@ -171,10 +165,6 @@ mod tests {
         assert_eq!(admittance.admit(sender(1), b"undo", at(9_000)), Admission::Read);
         admittance.note_understood(sender(1), at(9_000));
         assert_eq!(admittance.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
-        let mut open =
-            Admittance::new(TrackerOptions { listening: Listening::Everybody, ..TrackerOptions::default() });
-        open.note_understood(sender(2), at(1));
-        assert_eq!(open.admit(sender(1), b"undo", at(2)), Admission::Read);
         let listening = Listening::Authors;
         let mut several = Admittance::new(TrackerOptions { listening, ..TrackerOptions::default() });
         for port in 1..=16 {

@@ -21,7 +21,6 @@ pub struct EventEncoder {
     pub left_out: u64,
 }
 
-/// An unfinished stroke.
 #[derive(Clone, Copy, Debug)]
 struct Drawing {
     stroke: StrokeId,

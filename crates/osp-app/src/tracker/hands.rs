@@ -5,12 +5,8 @@ use glam::{Quat, Vec3};
 use super::{BrushChoice, Message};
 use osp_session::recording::{Author, Event, NormalRule, Paint, StrokeId, Tool};
 
-/// The last pose of the head.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HandsState {
-    /// Pose of the head: position, and rotation from head space to world space.
-    pub head: Option<(Vec3, Quat)>,
-}
+/// A position, and the rotation from the body's space.
+pub type Pose = (Vec3, Quat);
 
 #[derive(Clone, Copy, Debug)]
 struct Hand {
@@ -25,7 +21,7 @@ pub struct Hands {
     author: Author,
     hands: BTreeMap<u8, Hand>,
     first_brush: BrushChoice,
-    state: HandsState,
+    head: Option<Pose>,
 }
 
 impl Hands {
@@ -35,7 +31,7 @@ impl Hands {
 
     /// Hands that draw with `first_brush` until a message chooses another brush.
     pub fn new(first_brush: BrushChoice) -> Self {
-        Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, state: HandsState::default() }
+        Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, head: None }
     }
 
     /// Sets the author of the events that these hands produce.
@@ -45,14 +41,14 @@ impl Hands {
     }
 
     /// The last pose of the head.
-    pub fn state(&self) -> HandsState {
-        self.state
+    pub fn head(&self) -> Option<Pose> {
+        self.head
     }
 
     /// Updates the head's pose without recording it.
     pub fn look(&mut self, message: &Message) {
         if let Message::Head { p, q } = *message {
-            self.state.head = Some((p, q));
+            self.head = Some((p, q));
         }
     }
 
@@ -68,7 +64,7 @@ impl Hands {
         let author = self.author;
         match *message {
             Message::Head { p, q } => {
-                self.state.head = Some((p, q));
+                self.head = Some((p, q));
                 out.push(Event::Head { author, t, p, q });
             }
             Message::Hand { hand, p, q, pressure } => {

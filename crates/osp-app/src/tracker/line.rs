@@ -1,15 +1,17 @@
-use std::fmt::Write as _;
+use std::{fmt::Write as _, str::SplitAsciiWhitespace};
 
-use glam::{Quat, Vec3};
+use super::message::{Argument, Arguments, Message};
 
-use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
+/// The error of a line that is no message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Malformed;
 
-/// Parses a line. Returns `Ok(None)` if the line has no message (empty, a comment, a key). An unknown brush is treated
-/// as a plain ribbon.
+/// Parses a line. Returns `Ok(None)` if the line has no message (empty, a comment, a key, the number of a frame). An
+/// unknown brush is treated as a plain ribbon.
 ///
 /// # Errors
-/// A text that describes the expected form.
-pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
+/// The line is malformed.
+pub fn parse_line(line: &str) -> Result<Option<Message>, Malformed> {
     parse_line_noting(line, &mut |_| {})
 }
 
@@ -28,86 +30,49 @@ pub(super) fn frame_number(packet: &str) -> Option<u32> {
 pub(super) fn parse_line_noting(
     line: &str,
     unknown: &mut dyn FnMut(&str),
-) -> Result<Option<Message>, &'static str> {
+) -> Result<Option<Message>, Malformed> {
     let mut words = Words(line.split_ascii_whitespace());
-    let Some(word) = words.0.next().filter(|word| !word.starts_with('#')) else { return Ok(None) };
-    let message = match word {
-        "head" => Message::Head { p: words.point()?, q: words.turn()? },
-        "hand" => {
-            let (p, q, pressure) = (words.point()?, words.turn()?, words.number()?);
-            Message::Hand { p, q, pressure, hand: words.hand()? }
-        }
-        "brush" => {
-            let name = words.0.next().ok_or(TOOLS)?;
-            let width_m = words.number()?;
-            let color = (words.number()?, words.number()?, words.number()?, words.number()?);
-            let hand = words.hand()?;
-            let normal = words.0.next().map(|name| normal_of(name).ok_or(NORMALS)).transpose()?;
-            let (tool, paint, usual) = BrushChoice::named(name, unknown);
-            let normal = normal.unwrap_or(usual);
-            Message::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
-        }
-        "erase" => Message::Erase { p: words.point()? },
-        "undo" => Message::Undo,
-        "redo" => Message::Redo,
-        // The frame number was parsed before.
-        "frame" => {
-            let number = words.0.next().and_then(|word| word.parse::<u32>().ok());
-            number.ok_or("the number of a frame")?;
-            return if words.0.next().is_some() { Err("the end of the line") } else { Ok(None) };
-        }
-        // The key was checked before.
-        "key" => {
-            words.0.next().ok_or("a key")?;
-            return if words.0.next().is_some() { Err("the end of the line") } else { Ok(None) };
-        }
-        _ => return Err("head, hand, brush, erase, undo, redo, frame or key"),
+    let Some(word) = words.text().filter(|word| !word.starts_with('#')) else { return Ok(None) };
+    // Keys and frame numbers were read before.
+    let is_read = match word {
+        "key" => words.text().is_some(),
+        "frame" => words.text().is_some_and(|number| number.parse::<u32>().is_ok()),
+        _ => return Message::read(word, &mut words, unknown).map(Some).ok_or(Malformed),
     };
-    if words.0.next().is_some() {
-        return Err("the end of the line");
-    }
-    message.checked().map(Some).ok_or("finite numbers and unit quaternions")
+    if is_read && words.are_over() { Ok(None) } else { Err(Malformed) }
 }
 
-const NORMALS: &str = "a normal: local-x, side-x, travel or transport";
+struct Words<'a>(SplitAsciiWhitespace<'a>);
 
-struct Words<'a>(std::str::SplitAsciiWhitespace<'a>);
-
-impl Words<'_> {
-    fn number(&mut self) -> Result<f32, &'static str> {
-        self.0.next().and_then(|word| word.parse().ok()).ok_or("a number")
+impl<'a> Arguments<'a> for Words<'a> {
+    fn number(&mut self) -> Option<f32> {
+        self.text()?.parse().ok()
     }
 
-    fn point(&mut self) -> Result<Vec3, &'static str> {
-        Ok(Vec3::new(self.number()?, self.number()?, self.number()?))
+    fn hand(&mut self) -> Option<u8> {
+        self.text().map_or(Some(0), |word| word.parse().ok())
     }
 
-    fn turn(&mut self) -> Result<Quat, &'static str> {
-        Ok(Quat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
+    fn text(&mut self) -> Option<&'a str> {
+        self.0.next()
     }
 
-    fn hand(&mut self) -> Result<u8, &'static str> {
-        self.0.next().map_or(Ok(0), |word| word.parse().map_err(|_| "a number of a hand, 0 to 255"))
+    fn are_over(&self) -> bool {
+        self.0.clone().next().is_none()
     }
 }
 
 /// Appends a message as a line with its newline. A parser gets exactly the same numbers.
 pub fn write_line(message: &Message, out: &mut String) {
-    // Writing to a string never fails.
-    let _ = match *message {
-        Message::Head { p, q } => {
-            writeln!(out, "head {} {} {} {} {} {} {}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
-        }
-        Message::Hand { hand, p, q, pressure } => {
-            writeln!(out, "hand {} {} {} {} {} {} {} {pressure} {hand}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
-        }
-        Message::Brush { hand, brush } => {
-            let BrushChoice { width_m, color: (r, g, b, a), normal, .. } = brush;
-            let (tool, normal) = (brush.name(), normal_name(normal));
-            writeln!(out, "brush {tool} {width_m} {r} {g} {b} {a} {hand} {normal}")
-        }
-        Message::Erase { p } => writeln!(out, "erase {} {} {}", p.x, p.y, p.z),
-        Message::Undo => writeln!(out, "undo"),
-        Message::Redo => writeln!(out, "redo"),
-    };
+    let (name, arguments) = message.written();
+    out.push_str(name);
+    for argument in arguments {
+        // Writing to a string never fails.
+        let _ = match argument {
+            Argument::Number(number) => write!(out, " {number}"),
+            Argument::Hand(hand) => write!(out, " {hand}"),
+            Argument::Text(text) => write!(out, " {text}"),
+        };
+    }
+    out.push('\n');
 }

@@ -61,8 +61,18 @@ pub enum Message {
 }
 
 impl Message {
+    /// The message in another space, into which these functions lead.
+    pub(crate) fn transformed(self, point: impl Fn(Vec3) -> Vec3, turn: impl Fn(Quat) -> Quat) -> Self {
+        match self {
+            Self::Head { p, q } => Self::Head { p: point(p), q: turn(q) },
+            Self::Hand { hand, p, q, pressure } => Self::Hand { hand, p: point(p), q: turn(q), pressure },
+            Self::Erase { p } => Self::Erase { p: point(p) },
+            Self::Brush { .. } | Self::Undo | Self::Redo => self,
+        }
+    }
+
     /// The message with normalised quaternions; `None` if a number is invalid in a session.
-    pub(super) fn checked(self) -> Option<Self> {
+    fn checked(self) -> Option<Self> {
         let point = |p: Vec3| (p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M).then_some(p);
         // Trackers send rounded quaternions: quaternions with lengths within a tenth of 1 are normalised, other
         // quaternions are not rotations.
@@ -85,16 +95,94 @@ impl Message {
     }
 }
 
-/// The tools that a message may choose.
-pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
+/// The remaining arguments of a message: words of a line, or values of an OSC packet.
+pub(super) trait Arguments<'a> {
+    fn number(&mut self) -> Option<f32>;
+    /// The number of a hand, or 0 at the end of the message.
+    fn hand(&mut self) -> Option<u8>;
+    fn text(&mut self) -> Option<&'a str>;
+    fn are_over(&self) -> bool;
+
+    fn point(&mut self) -> Option<Vec3> {
+        Some(Vec3::new(self.number()?, self.number()?, self.number()?))
+    }
+
+    fn turn(&mut self) -> Option<Quat> {
+        Some(Quat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
+    }
+}
+
+/// An argument of a message that is written.
+pub(super) enum Argument {
+    Number(f32),
+    Hand(u8),
+    Text(&'static str),
+}
+
+impl Message {
+    /// The message of this name with these arguments; `None` if it is malformed.
+    pub(super) fn read<'a>(
+        name: &str,
+        arguments: &mut impl Arguments<'a>,
+        unknown: &mut dyn FnMut(&str),
+    ) -> Option<Self> {
+        let message = match name {
+            "head" => Self::Head { p: arguments.point()?, q: arguments.turn()? },
+            "hand" => {
+                let (p, q, pressure) = (arguments.point()?, arguments.turn()?, arguments.number()?);
+                Self::Hand { p, q, pressure, hand: arguments.hand()? }
+            }
+            "brush" => {
+                let name = arguments.text().filter(|name| !name.is_empty())?;
+                let width_m = arguments.number()?;
+                let mut channel = || arguments.number();
+                let color = (channel()?, channel()?, channel()?, channel()?);
+                let hand = arguments.hand()?;
+                let normal = match arguments.are_over() {
+                    true => None,
+                    false => Some(normal_of(arguments.text()?)?),
+                };
+                let (tool, paint, usual) = BrushChoice::named(name, unknown);
+                let normal = normal.unwrap_or(usual);
+                Self::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
+            }
+            "erase" => Self::Erase { p: arguments.point()? },
+            "undo" => Self::Undo,
+            "redo" => Self::Redo,
+            _ => return None,
+        };
+        message.checked().filter(|_| arguments.are_over())
+    }
+
+    /// The name and the arguments of the message, as [`Message::read`] takes them.
+    pub(super) fn written(&self) -> (&'static str, Vec<Argument>) {
+        let numbers =
+            |p: &Vec3, q: &[f32]| p.to_array().iter().chain(q).map(|&n| Argument::Number(n)).collect();
+        match self {
+            Self::Head { p, q } => ("head", numbers(p, &q.to_array())),
+            Self::Hand { hand, p, q, pressure } => {
+                let mut arguments: Vec<Argument> = numbers(p, &q.to_array());
+                arguments.extend([Argument::Number(*pressure), Argument::Hand(*hand)]);
+                ("hand", arguments)
+            }
+            Self::Brush { hand, brush } => {
+                let BrushChoice { width_m, color: (r, g, b, a), normal, .. } = *brush;
+                let mut arguments = vec![Argument::Text(brush.name())];
+                arguments.extend([width_m, r, g, b, a].map(Argument::Number));
+                arguments.extend([Argument::Hand(*hand), Argument::Text(normal_name(normal))]);
+                ("brush", arguments)
+            }
+            Self::Erase { p } => ("erase", numbers(p, &[])),
+            Self::Undo => ("undo", Vec::new()),
+            Self::Redo => ("redo", Vec::new()),
+        }
+    }
+}
 
 impl BrushChoice {
     /// The tool of this name, or the ribbon with the brush of this name, and its default orientation. An unknown brush
     /// is reported, and drawn as a plain ribbon.
-    pub(super) fn named(
-        name: &str,
-        unknown: &mut dyn FnMut(&str),
-    ) -> (Tool, Option<&'static Brush>, NormalRule) {
+    fn named(name: &str, unknown: &mut dyn FnMut(&str)) -> (Tool, Option<&'static Brush>, NormalRule) {
         if let Some(tool) = tool_of(name) {
             return (tool, None, NormalRule::default());
         }
@@ -107,7 +195,7 @@ impl BrushChoice {
     }
 
     /// The name of the tool or brush, a single word.
-    pub(super) fn name(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         match self.paint {
             Some(brush) if brush.name.contains(' ') => &brush.guid,
             Some(brush) => &brush.name,
@@ -128,7 +216,7 @@ fn tool_of(name: &str) -> Option<Tool> {
     [Tool::Ribbon, Tool::Wall, Tool::Tube].into_iter().find(|&tool| tool_name(tool) == name)
 }
 
-pub(super) fn normal_name(normal: NormalRule) -> &'static str {
+fn normal_name(normal: NormalRule) -> &'static str {
     match normal {
         NormalRule::LocalX => "local-x",
         NormalRule::SideX => "side-x",
@@ -137,7 +225,7 @@ pub(super) fn normal_name(normal: NormalRule) -> &'static str {
     }
 }
 
-pub(super) fn normal_of(name: &str) -> Option<NormalRule> {
+fn normal_of(name: &str) -> Option<NormalRule> {
     [NormalRule::LocalX, NormalRule::SideX, NormalRule::Travel, NormalRule::Transport]
         .into_iter()
         .find(|&normal| normal_name(normal) == name)

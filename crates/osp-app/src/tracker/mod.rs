@@ -43,8 +43,8 @@ mod watch;
 
 pub use admittance::{Listening, TrackerKey, TrackerOptions};
 pub use event_encoder::EventEncoder;
-pub use hands::{Hands, HandsState};
-pub use line::{parse_line, write_line};
+pub use hands::{Hands, Pose};
+pub use line::{Malformed, parse_line, write_line};
 pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
 pub use senders::Senders;

@@ -64,7 +64,7 @@ impl Senders {
 
     /// The present author with the lowest number who has sent a head pose.
     pub fn first_with_head(&self) -> Option<Author> {
-        let with_head = self.present.values().filter(|sender| sender.hands.state().head.is_some());
+        let with_head = self.present.values().filter(|sender| sender.hands.head().is_some());
         with_head.map(|sender| sender.author).min()
     }
 

@@ -1,5 +1,5 @@
 use std::{
-    io::{self, BufRead, BufReader, Read, Seek, SeekFrom},
+    io::{self, BufRead, BufReader, Read},
     net::{SocketAddr, UdpSocket},
     path::PathBuf,
     str::FromStr,
@@ -20,11 +20,7 @@ use super::{
     line::{frame_number, parse_line_noting},
     osc::parse_osc_noting,
 };
-use osp_session::{
-    platform::{fs::File, time::Instant},
-    recording::Paint,
-    small_file::open_regular,
-};
+use osp_session::{platform::time::Instant, recording::Paint, small_file::open_regular};
 
 /// Largest number of messages that wait for the next frame. Later messages of a socket are dropped and counted; a
 /// stream waits.
@@ -35,7 +31,6 @@ const MESSAGES_A_DATAGRAM: usize = 1024;
 const MAX_LINE_BYTES: u64 = 4096;
 /// Number of bytes without a newline after which reading a stream ends, because the stream cannot be a tracker's.
 const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
-/// Largest number of unknown brushes that are reported.
 const MOST_UNKNOWN_BRUSHES: usize = 20;
 /// Interval at which a thread checks whether it should end, and whether a file has grown.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -75,7 +70,7 @@ impl TrackerAddress {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
             None => {
-                "--tracker-key-file restricts it to senders with the key, and udp://127.0.0.1 to this machine"
+                "a key in OSP_TRACKER_KEY restricts it to senders with the key, and udp://127.0.0.1 to this machine"
             }
             Some(_) => "only senders with the key are read, but the key is sent unencrypted",
         };
@@ -205,13 +200,12 @@ impl Tracker {
                 builder.spawn(move || output.listen(&socket, admittance)).map_err(failed(name))
             }
             TrackerAddress::StandardInput => {
-                builder.spawn(move || _ = output.read_lines(io::stdin())).map_err(failed("-".to_owned()))
+                builder.spawn(move || output.read_lines(io::stdin(), false)).map_err(failed("-".to_owned()))
             }
             TrackerAddress::File(path) => {
                 let name = path.display().to_string();
                 let file = open_regular(path).map_err(failed(name.clone()))?;
-                let path = path.clone();
-                builder.spawn(move || output.tail(file, &path)).map_err(failed(name))
+                builder.spawn(move || output.read_lines(file, true)).map_err(failed(name))
             }
         };
         let thread = Some(spawned?).filter(|_| *address != TrackerAddress::StandardInput);
@@ -251,14 +245,6 @@ impl Drop for Tracker {
             let _ = thread.join();
         }
     }
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum LinesEnd {
-    /// The file has become shorter.
-    Shorter,
-    /// The input has ended, or the receiver is gone.
-    Over,
 }
 
 struct Output {
@@ -378,16 +364,6 @@ impl Output {
         }
     }
 
-    fn tail(&self, mut file: File, path: &std::path::Path) {
-        // If a log file is shorter than the part read so far, it was restarted, and is read from its beginning.
-        while self.read_lines(&mut file) == LinesEnd::Shorter {
-            let rewound = file.seek(SeekFrom::Start(0)).is_ok();
-            if !rewound || !path.exists() {
-                return;
-            }
-        }
-    }
-
     fn take_line(&self, line: &str) {
         match parse_line_noting(line, &mut |name| self.shared.note_unknown(name)) {
             Ok(Some(message)) => self.pass_on_patiently(message),
@@ -396,20 +372,18 @@ impl Output {
         }
     }
 
-    /// Reads lines until the end. A file may grow; reading ends if it becomes shorter.
-    fn read_lines(&self, stream: impl Read + MaybeSized) -> LinesEnd {
+    /// Reads lines until the end. A file may grow; it is followed until the tracker is closed.
+    fn read_lines(&self, stream: impl Read, may_grow: bool) {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
-        let mut consumed = 0u64;
         // Number of bytes of the current line.
         let mut unbroken = 0u64;
         while !self.is_over() {
             let room = MAX_LINE_BYTES - line.len() as u64;
-            let Ok(read) = reader.by_ref().take(room).read_until(b'\n', &mut line) else {
-                return LinesEnd::Over;
-            };
-            (consumed, unbroken) = (consumed + read as u64, unbroken + read as u64);
-            if line.last() == Some(&b'\n') {
+            let Ok(read) = reader.by_ref().take(room).read_until(b'\n', &mut line) else { return };
+            unbroken += read as u64;
+            let is_over = read == 0 && !may_grow;
+            if line.last() == Some(&b'\n') || is_over {
                 match str::from_utf8(&line) {
                     Ok(text) if unbroken <= MAX_LINE_BYTES => self.take_line(text),
                     _ => self.note_malformed(1),
@@ -417,46 +391,19 @@ impl Output {
                 line.clear();
                 unbroken = 0;
                 self.wake();
+                if is_over {
+                    return;
+                }
             } else if unbroken > MAX_UNBROKEN_BYTES {
                 self.note_malformed(1);
                 self.shared.tally().counts.has_given_up = true;
                 self.wake();
-                return LinesEnd::Over;
+                return;
             } else if line.len() as u64 == MAX_LINE_BYTES {
                 line.clear();
             } else if read == 0 {
-                match reader.get_ref().size() {
-                    None => {
-                        if let Ok(text) = str::from_utf8(&line)
-                            && unbroken <= MAX_LINE_BYTES
-                        {
-                            self.take_line(text);
-                            self.wake();
-                        }
-                        return LinesEnd::Over;
-                    }
-                    Some(size) if size < consumed => return LinesEnd::Shorter,
-                    Some(_) => thread::sleep(POLL_INTERVAL),
-                }
+                thread::sleep(POLL_INTERVAL);
             }
         }
-        LinesEnd::Over
-    }
-}
-
-/// A stream whose size may be known.
-trait MaybeSized {
-    fn size(&self) -> Option<u64>;
-}
-
-impl MaybeSized for &mut File {
-    fn size(&self) -> Option<u64> {
-        self.metadata().ok().map(|data| data.len())
-    }
-}
-
-impl MaybeSized for io::Stdin {
-    fn size(&self) -> Option<u64> {
-        None
     }
 }

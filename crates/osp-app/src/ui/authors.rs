@@ -1,6 +1,6 @@
 use egui::{CollapsingHeader, Color32, Sense, Ui, Vec2};
 
-use super::panel_commands::PanelCommands;
+use super::{fields::switch, panel_commands::PanelCommands};
 use crate::{command::Command, layers::LayerChoice, studio::Studio};
 use osp_session::recording::Author;
 
@@ -20,11 +20,10 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelComma
         ui,
         |ui| {
             let layers = studio.layers();
-            let mut is_shown = layers.authors;
-            let choice = ui.checkbox(&mut is_shown, "colour by author");
-            if choice.on_hover_text("show every stroke in the colour of its author").changed() {
-                panel_commands.commands.push(Command::Layers(LayerChoice { authors: is_shown, ..layers }));
-            }
+            let hint = "show every stroke in the colour of its author";
+            let shown = switch(ui, layers.authors, "colour by author", hint);
+            let show = |authors| Command::Layers(LayerChoice { authors, ..layers });
+            panel_commands.commands.extend(shown.map(show));
             for (author, info) in scene.authors().take(MOST_SHOWN) {
                 ui.horizontal(|ui| {
                     swatch(ui, color_of(studio, author));

@@ -3,7 +3,7 @@
 use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
 
-use super::panel_commands::PanelCommands;
+use super::{fields::choice, panel_commands::PanelCommands};
 use crate::{command::Command, studio::Studio, tracker::Received};
 use osp_session::{
     platform::time::Instant,
@@ -47,27 +47,19 @@ impl Calibrating {
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .show(ctx, |ui| {
                 ui.label("Hold the hand's tracker at three corners of a screen, one after the other.");
-                ComboBox::from_label("screen").selected_text(&rig.screens[self.screen].name).show_ui(
-                    ui,
-                    |ui| {
-                        for (i, screen) in rig.screens.iter().enumerate() {
-                            if ui.selectable_label(self.screen == i, &screen.name).clicked()
-                                && self.screen != i
-                            {
-                                (self.screen, self.points) = (i, Vec::new());
-                            }
-                        }
-                    },
-                );
-                if studio.watch().hands().nth(1).is_some() {
-                    let named = self.hand.map(|hand| hand.to_string()).unwrap_or_default();
-                    ComboBox::from_label("hand").selected_text(named).show_ui(ui, |ui| {
-                        for hand in studio.watch().hands() {
-                            if ui.selectable_label(self.hand == Some(hand), hand.to_string()).clicked() {
-                                (self.hand, self.points) = (Some(hand), Vec::new());
-                            }
-                        }
-                    });
+                let (screens, name) =
+                    (0..rig.screens.len(), |screen: usize| rig.screens[screen].name.clone());
+                let chosen = choice(ui, ComboBox::from_label("screen"), self.screen, screens, name);
+                if let Some(screen) = chosen.filter(|screen| *screen != self.screen) {
+                    (self.screen, self.points) = (screen, Vec::new());
+                }
+                if let Some(hand) = self.hand.filter(|_| studio.watch().hands().nth(1).is_some())
+                    && let Some(hand) =
+                        choice(ui, ComboBox::from_label("hand"), hand, studio.watch().hands(), |hand| {
+                            hand.to_string()
+                        })
+                {
+                    (self.hand, self.points) = (Some(hand), Vec::new());
                 }
                 ui.add_space(4.0);
                 let screen = &rig.screens[self.screen];
@@ -150,7 +142,6 @@ fn result(ui: &mut egui::Ui, found: &Calibration, panel_commands: &mut PanelComm
     .inner
 }
 
-/// Age of a pose, seconds.
 pub(super) fn age_secs(heard: &Received) -> f32 {
     Instant::now().saturating_duration_since(heard.at).as_secs_f32()
 }

@@ -48,7 +48,6 @@ impl PointerInput {
         })
     }
 
-    /// Passes the input to the studio.
     pub(super) fn give(self, studio: &mut Studio) {
         let Self { events, area, size_px, held, is_over, fingers, time_secs } = self;
         studio.take_fingers(fingers.filter(|_| is_over || studio.has_fingers()));

@@ -20,35 +20,39 @@ const SYSTEM_CONFIRMS: bool = cfg!(any(windows, target_os = "macos"));
 /// A person needs longer to cancel the system's dialog: an earlier end means that there was none.
 const QUICKEST: Duration = Duration::from_millis(300);
 
+/// The words of a dialog for a file, and the files that the system's dialog shows.
+struct Words {
+    title: &'static str,
+    verb: &'static str,
+    hint: &'static str,
+    /// The name of the filter, and the endings. The first ending is added to a name without one.
+    files: (&'static str, &'static [&'static str]),
+}
+
 impl PathPurpose {
-    fn title(self) -> &'static str {
-        match self {
-            Self::Open => "Open a session",
-            Self::SaveAs => "Save as",
-            Self::Export => "Export glTF",
-            Self::ExportTilt => "Export a sketch (.tilt)",
-            Self::Film => "Save a film: once around the model",
-            Self::Picture => "Save a picture",
-        }
+    fn words(self) -> Words {
+        let (title, verb, hint, files): (_, _, _, (_, &[_])) = match self {
+            Self::Open => {
+                let endings = &["ron", "zst", "tilt", "apa", "json", "poses", "obj", "gz", "glb", "gltf"];
+                let hint = ".ron .tilt .apa .json .poses .obj .glb .gltf";
+                ("Open a session", "Open", hint, ("sessions", endings))
+            }
+            Self::SaveAs => ("Save as", "Save", "session.ron", ("recording", &["ron"])),
+            Self::Export => ("Export glTF", "Export", "model.glb", ("binary glTF", &["glb"])),
+            Self::ExportTilt => {
+                ("Export a sketch (.tilt)", "Export", "sketch.tilt", ("Tilt Brush", &["tilt"]))
+            }
+            Self::Film => {
+                let title = "Save a film: once around the model";
+                (title, "Save", "film.mp4 .gif", ("film", &["mp4", "gif"]))
+            }
+            Self::Picture => ("Save a picture", "Save", "picture.png", ("picture", &["png"])),
+        };
+        Words { title, verb, hint, files }
     }
 
-    fn verb(self) -> &'static str {
-        match self {
-            Self::Open => "Open",
-            Self::SaveAs | Self::Picture | Self::Film => "Save",
-            Self::Export | Self::ExportTilt => "Export",
-        }
-    }
-
-    fn hint(self) -> &'static str {
-        match self {
-            Self::Open => ".ron .tilt .apa .json .poses .obj .glb .gltf",
-            Self::SaveAs => "session.ron",
-            Self::Export => "model.glb",
-            Self::ExportTilt => "sketch.tilt",
-            Self::Film => "film.mp4 .gif",
-            Self::Picture => "picture.png",
-        }
+    fn ending(self) -> &'static str {
+        self.words().files.1[0]
     }
 
     fn command(self, path: PathBuf) -> Command {
@@ -56,11 +60,9 @@ impl PathPurpose {
             Self::Open => Command::Open(path),
             // These formats keep the model, not how it was drawn: the session itself stays where it is saved.
             Self::SaveAs if ExportKind::of(&path).is_some() => Command::Export(path),
-            Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
-            Self::Export => Command::Export(with_ending(path, "glb")),
-            Self::ExportTilt => Command::Export(with_ending(path, "tilt")),
-            Self::Film => Command::Export(with_ending(path, "mp4")),
-            Self::Picture => Command::Picture(with_ending(path, "png")),
+            Self::SaveAs => Command::SaveAs(with_ending(path, self.ending())),
+            Self::Picture => Command::Picture(with_ending(path, self.ending())),
+            Self::Export | Self::ExportTilt | Self::Film => Command::Export(with_ending(path, self.ending())),
         }
     }
 
@@ -83,13 +85,7 @@ fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
 /// Suggested path of a file: the session's path with the file's ending; for a copy, a file beside the original; for a
 /// new session, a file in the home folder.
 fn suggestion(ask: PathPurpose, studio: &Studio) -> PathBuf {
-    let ending = match ask {
-        PathPurpose::Open | PathPurpose::SaveAs => "ron",
-        PathPurpose::Export => "glb",
-        PathPurpose::ExportTilt => "tilt",
-        PathPurpose::Film => "mp4",
-        PathPurpose::Picture => "png",
-    };
+    let ending = ask.ending();
     let session = studio.session();
     let named = Some(session.path()).filter(|_| session.journal().is_named());
     match named.or(session.original()) {
@@ -170,15 +166,15 @@ impl PathDialog {
         let mut is_open = true;
         let mut is_done = false;
         let mut is_cancelled = false;
-        Window::new(self.ask.title())
+        let Words { title, verb, hint, .. } = self.ask.words();
+        Window::new(title)
             .open(&mut is_open)
             .collapsible(false)
             .resizable(false)
             .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
             .show(ctx, |ui| {
                 let label = ui.label("Path");
-                let edit =
-                    TextEdit::singleline(&mut self.text).desired_width(420.0).hint_text(self.ask.hint());
+                let edit = TextEdit::singleline(&mut self.text).desired_width(420.0).hint_text(hint);
                 let response = ui.add(edit).labelled_by(label.id);
                 if std::mem::take(&mut self.is_new) {
                     response.request_focus();
@@ -191,7 +187,7 @@ impl PathDialog {
                 is_done |= response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
                 is_cancelled |= ui.input(|input| input.key_pressed(Key::Escape));
                 ui.horizontal(|ui| {
-                    is_done |= ui.button(self.ask.verb()).clicked();
+                    is_done |= ui.button(verb).clicked();
                     // The browser's own dialog can only open files, not choose a name.
                     let can_browse = cfg!(not(target_arch = "wasm32")) || self.ask == PathPurpose::Open;
                     let browse = egui::Button::new("Browse…");
@@ -246,20 +242,9 @@ impl PathDialog {
         let ask = self.ask;
         let dialog = move || {
             let since = std::time::Instant::now();
-            let dialog = rfd::FileDialog::new().set_title(ask.title());
-            let path = match ask {
-                PathPurpose::Open => dialog
-                    .add_filter(
-                        "sessions",
-                        &["ron", "zst", "tilt", "apa", "json", "poses", "obj", "gz", "glb", "gltf"],
-                    )
-                    .pick_file(),
-                PathPurpose::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
-                PathPurpose::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
-                PathPurpose::ExportTilt => dialog.add_filter("Tilt Brush", &["tilt"]).save_file(),
-                PathPurpose::Film => dialog.add_filter("film", &["mp4", "gif"]).save_file(),
-                PathPurpose::Picture => dialog.add_filter("picture", &["png"]).save_file(),
-            };
+            let Words { title, files: (name, endings), .. } = ask.words();
+            let dialog = rfd::FileDialog::new().set_title(title).add_filter(name, endings);
+            let path = if ask == PathPurpose::Open { dialog.pick_file() } else { dialog.save_file() };
             // The receiver is gone if the window was closed meanwhile.
             let _ = sender.send((path, since.elapsed()));
             ctx.request_repaint();

@@ -1,12 +1,12 @@
-use egui::{Button, DragValue, RichText, TextEdit, Ui};
+use egui::{Button, DragValue, RichText, Ui};
 use glam::Vec3;
 
-use super::panel_commands::PanelCommands;
-use crate::{command::Command, groups::Placing, studio::Studio};
-use osp_session::{
-    recording::{Event, GroupId},
-    scene::GroupNode,
+use super::{
+    fields::{NameField, degrees, number, percent},
+    panel_commands::PanelCommands,
 };
+use crate::{command::Command, groups::Placing, studio::Studio};
+use osp_session::{recording::GroupId, scene::GroupNode};
 
 /// Largest number of groups in the list.
 const MOST_SHOWN: usize = 200;
@@ -15,8 +15,7 @@ const INDENT: f32 = 8.0;
 
 #[derive(Debug, Default)]
 pub(super) struct GroupList {
-    /// The name that is being typed.
-    name: Option<(GroupId, String)>,
+    name: NameField<GroupId>,
     /// The change of a group's transform that is being entered.
     placing: Option<(GroupId, Placing)>,
     /// The axis of the next rotation; `None` is the default axis.
@@ -50,25 +49,11 @@ impl GroupList {
         }
         let node = groups.iter().find(|node| Some(node.id) == selected);
         if let Some(node) = node.filter(|_| studio.can_draw()) {
-            self.name(ui, node, panel_commands);
+            let label = ui.label("name of the group");
+            let (field, name) = self.name.show(ui, node.id, node.name.as_deref().unwrap_or_default());
+            field.labelled_by(label.id);
+            panel_commands.commands.extend(name.map(|name| Command::NameGroup(node.id, name)));
             self.place(ui, node, panel_commands);
-        }
-    }
-
-    fn name(&mut self, ui: &mut Ui, node: &GroupNode, panel_commands: &mut PanelCommands) {
-        let known = node.name.clone().unwrap_or_default();
-        let mut name = match self.name.take() {
-            Some((of, name)) if of == node.id => name,
-            _ => known.clone(),
-        };
-        let label = ui.label("name of the group");
-        let edit =
-            TextEdit::singleline(&mut name).char_limit(Event::MAX_GROUP_NAME_BYTES / 4).desired_width(140.0);
-        let response = ui.add(edit).labelled_by(label.id);
-        if response.lost_focus() && name != known {
-            panel_commands.commands.push(Command::NameGroup(node.id, name));
-        } else if response.has_focus() {
-            self.name = Some((node.id, name));
         }
     }
 
@@ -82,39 +67,27 @@ impl GroupList {
             is_done |= response.drag_stopped() || response.lost_focus();
             is_changing |= response.dragged() || response.has_focus();
         };
-        let mut percent = placing.scale * 100.0;
+        let mut size = placing.scale * 100.0;
         let Placing { by, turn_degrees, .. } = &mut placing;
         ui.horizontal_wrapped(|ui| {
             for (way, axis) in [(&mut by.x, "x"), (&mut by.y, "y"), (&mut by.z, "z")] {
-                let label = ui.label(axis);
-                let value =
-                    DragValue::new(way).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2).suffix(" m");
-                note(&ui.add(value).labelled_by(label.id));
+                let value = DragValue::new(way).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2);
+                note(&number(ui, axis, value.suffix(" m")));
             }
         });
         ui.horizontal(|ui| {
-            let label = ui.label("turn");
-            note(
-                &ui.add(DragValue::new(turn_degrees).speed(1.0).range(-360.0..=360.0).suffix("°"))
-                    .labelled_by(label.id),
-            );
-            let label = ui.label("size");
-            note(
-                &ui.add(DragValue::new(&mut percent).speed(1.0).range(1.0..=1.0e4).suffix(" %"))
-                    .labelled_by(label.id),
-            );
+            note(&number(ui, "turn", degrees(turn_degrees)));
+            note(&number(ui, "size", percent(&mut size)));
         });
         let axis = self.axis.get_or_insert(Placing::STAY.axis);
         ui.horizontal_wrapped(|ui| {
             ui.label("turn about")
                 .on_hover_text("the axis of rotation: any direction in the space of the parent group");
             for (way, name) in [(&mut axis.x, "axis x"), (&mut axis.y, "axis y"), (&mut axis.z, "axis z")] {
-                let label = ui.label(name);
-                let value = DragValue::new(way).speed(0.01).range(-1.0..=1.0).max_decimals(2);
-                ui.add(value).labelled_by(label.id);
+                number(ui, name, DragValue::new(way).speed(0.01).range(-1.0..=1.0).max_decimals(2));
             }
         });
-        placing.scale = percent / 100.0;
+        placing.scale = size / 100.0;
         if is_done && placing != Placing::STAY {
             panel_commands.commands.push(Command::PlaceGroup(node.id, Placing { axis: *axis, ..placing }));
         } else if is_changing {

@@ -6,7 +6,7 @@ use egui::{Align2, Frame, Grid, ModifierNames, ScrollArea, TextEdit, Ui, Window,
 
 use super::{
     actions::{Action, entry},
-    keys::{HINTS, SHORTCUTS, Shortcut, Topic},
+    keys::{HINTS, Shortcut, TOPICS},
     panel_commands::PanelCommands,
 };
 use crate::{command::Command, studio::Studio};
@@ -23,7 +23,6 @@ pub(super) const LESSON: [&str; 5] = [
 /// Width of the help's two lists side by side, points.
 const WIDTH: f32 = 1080.0;
 
-/// The list of keys and its search text.
 #[derive(Debug, Default)]
 pub(super) struct Help {
     wanted: String,
@@ -58,19 +57,18 @@ impl Help {
         match is_wide {
             true => ui.columns(2, |columns| {
                 pointer_hints(&mut columns[0], &wanted);
-                let (left, right) = Topic::ALL.split_at(Topic::ALL.len() / 2);
-                left.iter().for_each(|topic| keys_of(&mut columns[0], *topic, &wanted));
-                right.iter().for_each(|topic| keys_of(&mut columns[1], *topic, &wanted));
+                for (i, topic) in TOPICS.iter().enumerate() {
+                    keys_of(&mut columns[i * 2 / TOPICS.len()], topic, &wanted);
+                }
             }),
             false => {
                 pointer_hints(ui, &wanted);
-                Topic::ALL.iter().for_each(|topic| keys_of(ui, *topic, &wanted));
+                TOPICS.iter().for_each(|topic| keys_of(ui, topic, &wanted));
             }
         }
     }
 }
 
-/// Lists entries under a heading, if there are any.
 fn list(ui: &mut Ui, heading: &str, entries: &[(String, &str)]) {
     if entries.is_empty() {
         return;
@@ -95,11 +93,10 @@ fn pointer_hints(ui: &mut Ui, wanted: &str) {
     list(ui, "Pointer", &hints.map(|(how, what)| ((*how).to_owned(), *what)).collect::<Vec<_>>());
 }
 
-fn keys_of(ui: &mut Ui, topic: Topic, wanted: &str) {
+fn keys_of(ui: &mut Ui, (topic, shortcuts): &(&str, &[Shortcut]), wanted: &str) {
     let is_mac = ui.os() == OperatingSystem::Mac;
-    let of_topic = SHORTCUTS.iter().filter(|shortcut| shortcut.topic() == topic);
-    let entries = of_topic.map(|shortcut| (name_of(shortcut, is_mac), shortcut.what));
-    list(ui, topic.name(), &entries.filter(|(how, what)| fits(wanted, how, what)).collect::<Vec<_>>());
+    let entries = shortcuts.iter().map(|shortcut| (name_of(shortcut, is_mac), shortcut.what));
+    list(ui, topic, &entries.filter(|(how, what)| fits(wanted, how, what)).collect::<Vec<_>>());
 }
 
 /// The keys of a shortcut: `Ctrl+[`.

@@ -14,8 +14,7 @@ use super::{
     dialog::{Answer, PathDialog},
     groups::GroupList,
     help::{Help, LESSON},
-    keys::SHORTCUTS,
-    menu,
+    keys, menu,
     numbers::{self, Measured},
     occlusion_steps,
     paint_layers::LayerList,
@@ -36,7 +35,6 @@ use crate::{
 };
 use osp::frame::StageClock;
 use osp_render::PassTimes;
-use osp_session::platform::fs;
 
 /// Width below which a window counts as narrow, points; windows on a desktop are wider.
 const NARROW: f32 = 480.0;
@@ -78,8 +76,6 @@ pub struct Interface {
     brushes: BrushList,
     groups: GroupList,
     help: Help,
-    /// The original of the session, while it is a new copy without edits.
-    fresh_copy_of: Option<PathBuf>,
     /// Keys of shortcuts that are still pressed: they do not fly, even if the modifier is released first.
     shortcut_keys: Vec<Key>,
     layers: LayerList,
@@ -349,17 +345,6 @@ impl Interface {
                 self.settings.note_recent(named);
             }
         }
-        let fresh = studio.session().original().filter(|_| !studio.session().has_own_edits());
-        if fresh != self.fresh_copy_of.as_deref() {
-            self.fresh_copy_of = fresh.map(Path::to_owned);
-            let drawn = fresh.and_then(|original| self.settings.drawn_on(original));
-            if let Some(drawn) = drawn.filter(|drawn| fs::is_there(drawn)) {
-                studio.show_message(format!(
-                    "you drew on this sketch before, in {}: File, Open recent",
-                    drawn.display()
-                ));
-            }
-        }
         self.settings.brush = KeptBrush::of(&studio.brush());
         self.settings.zoom = ctx.zoom_factor();
         if !std::mem::replace(&mut self.is_styled, true) {
@@ -393,7 +378,7 @@ impl Interface {
             studio.set_flight(Vec3::ZERO);
             return;
         }
-        for shortcut in SHORTCUTS {
+        for shortcut in keys::shortcuts() {
             // An open list, menu or dialog handles Escape itself.
             let is_taken = shortcut.action == Action::Escape
                 && (egui::Popup::is_any_open(ui.ctx()) || self.calibrating.is_some());
@@ -418,7 +403,6 @@ impl Interface {
         studio.set_flight(flight(ui, &mut self.shortcut_keys));
     }
 
-    /// Shows the hint in an empty session.
     fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
         self.has_drawn |= studio.scene().polygon_count() > 0;
         self.settings.has_drawn |= self.has_drawn && studio.can_draw();
@@ -451,7 +435,6 @@ fn has_tools(studio: &Studio) -> bool {
     !studio.session().is_replay() || has_lists()
 }
 
-/// Opens a file that was dropped on the window.
 fn take_dropped(ui: &Ui, panel_commands: &mut PanelCommands) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
     panel_commands.commands.extend(dropped.map(Command::Open));
@@ -478,7 +461,6 @@ fn flight(ui: &Ui, shortcut_keys: &mut Vec<Key>) -> Vec3 {
     })
 }
 
-/// Shows the progress of background work.
 fn work(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {
@@ -491,28 +473,4 @@ fn work(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         }
         ui.label(shown.text);
     });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use egui::{Rgba, Visuals};
-
-    /// Contrast of two opaque colours, after WCAG 2.2.
-    fn contrast(a: Color32, b: Color32) -> f32 {
-        let luminance = |color: Color32| {
-            let [r, g, b, _] = Rgba::from(color).to_array();
-            0.2126 * r + 0.7152 * g + 0.0722 * b
-        };
-        let (a, b) = (luminance(a), luminance(b));
-        (a.max(b) + 0.05) / (a.min(b) + 0.05)
-    }
-
-    #[test]
-    fn hints_can_be_read() {
-        for (visuals, weak) in [(Visuals::dark(), WEAK_ON_DARK), (Visuals::light(), WEAK_ON_LIGHT)] {
-            assert!(contrast(weak, visuals.panel_fill) >= 4.5, "{weak:?}");
-            assert!(contrast(visuals.text_color(), visuals.panel_fill) >= 4.5, "{:?}", visuals.text_color());
-        }
-    }
 }

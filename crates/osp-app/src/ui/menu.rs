@@ -4,7 +4,7 @@ use super::{
     actions::{Action, entry},
     help,
     keys::{LARGER, SMALLER, TURN_LEFT, TURN_RIGHT},
-    panel_commands::PanelCommands,
+    panel_commands::{PanelCommands, PathPurpose},
     recent::RecentList,
 };
 use crate::{
@@ -73,22 +73,20 @@ fn file(
     panel_commands: &mut PanelCommands,
 ) {
     entry(ui, "New", Action::Do(Command::New), studio, panel_commands);
-    entry(ui, "Open…", Action::AskOpen, studio, panel_commands);
+    entry(ui, "Open…", Action::Ask(PathPurpose::Open), studio, panel_commands);
     recent.show(ui, settings, studio, panel_commands);
     ui.separator();
     entry(ui, "Save", Action::Save, studio, panel_commands);
-    entry(ui, "Save as…", Action::AskSaveAs, studio, panel_commands);
-    entry(ui, "Export glTF…", Action::AskExport, studio, panel_commands);
-    entry(ui, "Export .tilt…", Action::AskExportTilt, studio, panel_commands)
+    entry(ui, "Save as…", Action::Ask(PathPurpose::SaveAs), studio, panel_commands);
+    entry(ui, "Export glTF…", Action::Ask(PathPurpose::Export), studio, panel_commands);
+    entry(ui, "Export .tilt…", Action::Ask(PathPurpose::ExportTilt), studio, panel_commands)
         .on_hover_text("a sketch for Tilt Brush and Open Brush");
-    entry(ui, "Save picture…", Action::AskPicture, studio, panel_commands);
+    entry(ui, "Save picture…", Action::Ask(PathPurpose::Picture), studio, panel_commands);
     if studio.makes_films() {
-        entry(ui, "Save film…", Action::AskFilm, studio, panel_commands)
+        entry(ui, "Save film…", Action::Ask(PathPurpose::Film), studio, panel_commands)
             .on_hover_text("once around the model; `osp film --help` lists other films");
     }
     ui.separator();
-    entry(ui, "Discard…", Action::Do(Command::Discard), studio, panel_commands)
-        .on_hover_text("throw away everything drawn since the session was opened or saved under a name");
     entry(ui, "Quit", Action::Do(Command::Quit), studio, panel_commands);
 }
 
@@ -133,24 +131,14 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, panel_commands: &
     entry(ui, "Whole model", Action::Do(Command::ShowAll), studio, panel_commands);
     entry(ui, "Artist's view", Action::Do(Command::ShowAsPainted), studio, panel_commands);
     ui.menu_button("Saved views", |ui| {
-        for slot in 0..4 {
-            entry(
-                ui,
-                &format!("Go to view {}", slot + 1),
-                Action::Do(Command::GoToView(slot)),
-                studio,
-                panel_commands,
-            );
-        }
-        ui.separator();
-        for slot in 0..4 {
-            entry(
-                ui,
-                &format!("Save view {}", slot + 1),
-                Action::Do(Command::KeepView(slot)),
-                studio,
-                panel_commands,
-            );
+        for (name, of) in
+            [("Go to view", Command::GoToView as fn(u32) -> Command), ("Save view", Command::KeepView)]
+        {
+            for slot in 0..4 {
+                let name = format!("{name} {}", slot + 1);
+                entry(ui, &name, Action::Do(of(slot)), studio, panel_commands);
+            }
+            ui.separator();
         }
     });
     entry(ui, "Full screen", Action::ToggleFullscreen, studio, panel_commands);

@@ -9,6 +9,7 @@ mod brushes;
 mod calibrating;
 mod canvas;
 mod dialog;
+mod fields;
 mod groups;
 mod help;
 mod interface;
@@ -29,7 +30,5 @@ mod selected;
 mod status;
 mod tools;
 
-pub use actions::Action;
 pub use brushes::PreviewGrid;
 pub use interface::Interface;
-pub use keys::{HINTS, SHORTCUTS, Shortcut};

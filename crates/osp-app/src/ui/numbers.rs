@@ -1,6 +1,7 @@
 use egui::{ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
+    fields::{choice, switch},
     panel_commands::PanelCommands,
     plot::{frame_plot, stage_color},
 };
@@ -19,7 +20,6 @@ use osp_rivals::IndexKind;
 #[derive(Debug)]
 pub(super) struct Measured<'a> {
     pub(super) history: &'a History,
-    /// The GPU's mean times, if they are measured.
     pub(super) passes: Option<PassTimes>,
     /// Resolution of the clock, nanoseconds; 0 if the clock stands still.
     pub(super) clock_step_ns: u64,
@@ -69,7 +69,6 @@ pub(super) fn count(n: u64) -> String {
     out
 }
 
-/// Shows times, counts and switches.
 pub(super) fn show(
     ui: &mut Ui,
     studio: &Studio,
@@ -168,7 +167,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
             ("index memory", format!("{:.1} MB", studio.culling().pipeline().bytes() as f64 / 1.0e6)),
         ],
     );
-    let is_auto = studio.culling().occlusion() == Occlusion::Auto.into();
+    let is_auto = studio.culling().plan.occlusion == Occlusion::Auto.into();
     let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
     let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
     let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
@@ -186,13 +185,9 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
 
 fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, panel_commands: &mut PanelCommands) {
     let culling = studio.culling();
-    ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
-        for &kind in IndexKind::ALL {
-            if ui.selectable_label(culling.kind() == kind, kind.name()).clicked() {
-                panel_commands.commands.push(Command::Index(kind));
-            }
-        }
-    });
+    let (list, kinds) = (ComboBox::from_label("index (I)"), IndexKind::ALL.iter().copied());
+    let chosen = choice(ui, list, culling.plan.kind, kinds, |kind| kind.name().to_owned());
+    panel_commands.commands.extend(chosen.map(Command::Index));
     let line = culling.reindexed().map_or("–".to_owned(), |done| {
         let took_ns = u64::try_from(done.took.as_nanos()).unwrap_or(u64::MAX);
         format!("{} polygons inserted in {}", count(done.polygons), once(took_ns, clock_step_ns, ms))
@@ -202,31 +197,21 @@ fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, panel_commands: &mut 
 
 fn switches(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let culling = studio.culling();
-    let now = culling.occlusion();
-    ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
-        for choice in sound_occlusion() {
-            if ui.selectable_label(now == choice, choice.name()).clicked() {
-                panel_commands.commands.push(Command::Occlusion(choice));
-            }
-        }
-    });
+    let list = ComboBox::from_label("occlusion (O)");
+    let chosen =
+        choice(ui, list, culling.plan.occlusion, sound_occlusion(), |method| method.name().to_owned());
+    panel_commands.commands.extend(chosen.map(Command::Occlusion));
     let most = culling.most_occluders();
     let mut wanted = most.unwrap_or(1);
     let slider = Slider::new(&mut wanted, 1..=256).logarithmic(true).text("max. occluders");
     if ui.add_enabled(most.is_some(), slider).changed() {
         panel_commands.commands.push(Command::Occluders(Some(wanted)));
     }
-    let mut stages = culling.stages;
-    ui.checkbox(&mut stages.frustum, "frustum culling");
-    if stages != culling.stages {
-        panel_commands.commands.push(Command::Stages(stages));
-    }
-    let mut is_frozen = studio.is_frozen();
-    let freeze = ui.checkbox(&mut is_frozen, "freeze the culling camera (C)");
-    freeze.on_hover_text("then move the camera away to see what is culled");
-    if is_frozen != studio.is_frozen() {
-        panel_commands.commands.push(Command::Freeze(is_frozen));
-    }
+    let culls = switch(ui, culling.culls_by_frustum, "frustum culling", "");
+    panel_commands.commands.extend(culls.map(Command::FrustumCulling));
+    let hint = "then move the camera away to see what is culled";
+    let freezes = switch(ui, studio.is_frozen(), "freeze the culling camera (C)", hint);
+    panel_commands.commands.extend(freezes.map(Command::Freeze));
 }
 
 /// The conservative occlusion culling methods. Other methods are available only in `osp replay` and `osp verify`.
@@ -243,10 +228,8 @@ fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
     }
     ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
-    let mut steps = studio.steps().is_some();
-    if ui.checkbox(&mut steps, "occlusion, step by step (F4)").changed() {
-        panel_commands.commands.push(Command::Steps(StepsEdit::Show(steps)));
-    }
+    let steps = switch(ui, studio.steps().is_some(), "occlusion, step by step (F4)", "");
+    panel_commands.commands.extend(steps.map(|shows| Command::Steps(StepsEdit::Show(shows))));
     ui.checkbox(&mut layers.cut, "polygons that the frustum cuts");
     if let Some((inside, cut)) = studio.inside_and_cut() {
         ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));
@@ -254,7 +237,7 @@ fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     ui.checkbox(&mut layers.pyramid, "depth pyramid (F3)");
     if layers.pyramid {
         ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
-        if studio.culling().occlusion() != Method::Hzb {
+        if studio.culling().plan.occlusion != Method::Hzb {
             ui.weak("only hzb has a pyramid: choose hzb under occlusion");
         }
     }

@@ -1,6 +1,7 @@
 use egui::{Align2, Color32, ComboBox, FontId, Rect, RichText, Sense, Slider, Stroke, Ui, Vec2};
 
 use super::{
+    fields::choice,
     numbers::count,
     panel_commands::{ALARM, PanelCommands},
 };
@@ -86,13 +87,9 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_commands: &m
         if ui.add_enabled(all > 0, Slider::new(&mut wanted, 0..=all).text("planes")).changed() {
             wish(StepsEdit::To(wanted));
         }
-        ComboBox::from_label("form").selected_text(steps.form().name()).show_ui(ui, |ui| {
-            for form in ShadowForm::ALL {
-                if ui.selectable_label(steps.form() == form, form.name()).clicked() {
-                    wish(StepsEdit::Form(form));
-                }
-            }
-        });
+        let list = ComboBox::from_label("form");
+        let chosen = choice(ui, list, steps.form(), ShadowForm::ALL, |form| form.name().to_owned());
+        chosen.map(StepsEdit::Form).into_iter().for_each(&mut wish);
         let mut most = steps.most_occluders();
         let slider = Slider::new(&mut most, 1..=OcclusionSteps::MOST_OCCLUDERS).logarithmic(true);
         if ui.add(slider.text("occluders")).changed() {
@@ -139,7 +136,6 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_commands: &m
     });
 }
 
-/// Writes the occluders' names on the model's part of the window.
 pub(super) fn show_names(ui: &Ui, area: Rect, studio: &Studio) {
     if area.width() < 1.0 || area.height() < 1.0 {
         return;

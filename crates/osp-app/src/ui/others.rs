@@ -13,7 +13,6 @@ const GAP: f32 = 6.0;
 /// Margin around the letters, points.
 const MARGIN: Vec2 = Vec2::new(4.0, 1.0);
 
-/// Writes the names on the model's part of the window.
 pub(super) fn show(ui: &Ui, area: Rect, studio: &Studio) {
     if area.width() < 1.0 || area.height() < 1.0 {
         return;

@@ -1,24 +1,25 @@
 use egui::{
-    Button, CollapsingHeader, Painter, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, TextEdit,
-    Ui, Vec2, WidgetInfo,
+    Button, CollapsingHeader, Painter, Pos2, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui,
+    Vec2, WidgetInfo,
 };
 
-use super::{authors, panel_commands::PanelCommands};
+use super::{
+    authors,
+    fields::{NameField, switch},
+    panel_commands::PanelCommands,
+};
 use crate::{
     command::Command,
     paint_layers::{LayerEdit, LayerRow, name_or_number},
     studio::Studio,
 };
-use osp_session::recording::Event;
 
 /// Largest height of the list before it scrolls, points.
 const LIST_HEIGHT: f32 = 132.0;
 
 /// The list of layers, and the name that is being typed.
 #[derive(Debug, Default)]
-pub(super) struct LayerList {
-    name: Option<(u32, String)>,
-}
+pub(super) struct LayerList(NameField<u32>);
 
 impl LayerList {
     pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
@@ -35,7 +36,10 @@ impl LayerList {
             ui.add_enabled_ui(studio.can_draw(), |ui| {
                 if let Some(row) = rows.iter().find(|row| row.layer == chosen) {
                     ui.add_enabled_ui(!studio.is_layer_of_others(chosen), |ui| {
-                        self.name(ui, row, panel_commands)
+                        let (field, name) = self.0.show(ui, row.layer, &row.name);
+                        field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "name of the layer"));
+                        let renamed = name.map(|name| Command::Layer(LayerEdit::Name(row.layer, name)));
+                        panel_commands.commands.extend(renamed);
                     });
                     close(ui, studio, row, panel_commands);
                 }
@@ -59,35 +63,14 @@ impl LayerList {
             });
         });
     }
-
-    fn name(&mut self, ui: &mut Ui, row: &LayerRow, panel_commands: &mut PanelCommands) {
-        let mut name = match self.name.take() {
-            Some((of, name)) if of == row.layer => name,
-            _ => row.name.clone(),
-        };
-        let edit =
-            TextEdit::singleline(&mut name).char_limit(Event::MAX_GROUP_NAME_BYTES / 4).desired_width(140.0);
-        let response = ui.add(edit);
-        response.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, true, "name of the layer"));
-        if response.lost_focus() && name != row.name {
-            panel_commands.commands.push(Command::Layer(LayerEdit::Name(row.layer, name)));
-        } else if response.has_focus() {
-            self.name = Some((row.layer, name));
-        }
-    }
 }
 
-/// Shows the switch that closes the current layer to other authors, if this window's author may use it.
 fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, panel_commands: &mut PanelCommands) {
     if studio.can_close_layer(row.layer) {
-        let mut is_closed = row.is_closed;
-        let choice = ui.checkbox(&mut is_closed, "only I may edit");
-        if choice
-            .on_hover_text("nobody else may draw on this layer or change it while you are here")
-            .changed()
-        {
-            panel_commands.commands.push(Command::Layer(LayerEdit::Close(row.layer, is_closed)));
-        }
+        let hint = "nobody else may draw on this layer or change it while you are here";
+        let closed = switch(ui, row.is_closed, "only I may edit", hint);
+        let close = |is_closed| Command::Layer(LayerEdit::Close(row.layer, is_closed));
+        panel_commands.commands.extend(closed.map(close));
     }
 }
 
@@ -115,7 +98,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, panel_comm
             () => ui.visuals().text_color(),
         };
         sign(ui.painter(), rect.center(), is_off, Stroke::new(1.2, color));
-        response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &what));
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &what));
         if response.on_hover_text(&what).clicked() {
             panel_commands.commands.push(Command::Layer(edit));
         }

@@ -39,7 +39,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, panel_c
         });
     });
     if shown.is_top_modal && ctx.input(|input| input.key_pressed(Key::Escape)) {
-        given.get_or_insert(question.safe_answer());
+        given.get_or_insert(Answer::Cancel);
     }
     if let Some(answer) = given {
         if answer == Answer::SaveAs {

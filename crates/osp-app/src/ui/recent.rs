@@ -23,7 +23,6 @@ pub(super) struct RecentList {
 }
 
 impl RecentList {
-    /// Shows the menu of recent sessions, disabled if there are none.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,

@@ -1,9 +1,8 @@
 use egui::{Rect, Response, RichText, Slider, Stroke, Ui};
 
-use super::panel_commands::PanelCommands;
+use super::{fields::switch, panel_commands::PanelCommands};
 use crate::{command::Command, session::Replay};
 
-/// Shows the buttons to play, pause and step, and the position in the session.
 pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_commands: &mut PanelCommands) {
     ui.horizontal_wrapped(|ui| {
         let is_playing = replay.is_playing();
@@ -44,9 +43,8 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
         if ui.add(slider).on_hover_text("speed, as a multiple of the recorded speed").changed() {
             panel_commands.commands.push(Command::Speed(speed));
         }
-        let mut follows = follows_camera;
-        if replay.is_camera_useful && ui.checkbox(&mut follows, "recorded camera").changed() {
-            panel_commands.follow_camera = Some(follows);
+        if replay.is_camera_useful {
+            panel_commands.follow_camera = switch(ui, follows_camera, "recorded camera", "");
         }
     });
     ui.horizontal(|ui| {

@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 
 use super::{
     calibrating::{Calibrating, LOST_SECS, age_secs},
+    fields::{choice, switch},
     numbers::count,
     panel_commands::PanelCommands,
 };
@@ -116,7 +117,6 @@ fn duration(secs: f32) -> String {
     }
 }
 
-/// Shows the settings of the screens.
 fn screens(
     ui: &mut Ui,
     studio: &Studio,
@@ -126,16 +126,12 @@ fn screens(
 ) {
     let room = studio.room();
     ui.horizontal(|ui| {
-        ComboBox::from_id_salt("stereo").selected_text(room.stereo.name()).show_ui(ui, |ui| {
-            // Windows for each eye can only be opened at the start.
-            let choices =
-                Stereo::ALL.iter().filter(|&&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
-            for &way in choices {
-                if ui.selectable_label(room.stereo == way, way.name()).clicked() {
-                    panel_commands.commands.push(Command::Stereo(way));
-                }
-            }
-        });
+        // Windows for each eye can only be opened at the start.
+        let ways = Stereo::ALL.iter().copied();
+        let ways = ways.filter(|&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
+        let list = ComboBox::from_id_salt("stereo");
+        let chosen = choice(ui, list, room.stereo, ways, |way| way.name().to_owned());
+        panel_commands.commands.extend(chosen.map(Command::Stereo));
         let mut apart_mm = rig.eye_separation_m * 1000.0;
         ui.label("eyes");
         let apart =
@@ -144,16 +140,10 @@ fn screens(
             panel_commands.commands.push(Command::EyeSeparation(apart_mm * 0.001));
         }
     });
-    let mut swaps = room.swaps_eyes;
-    ui.checkbox(&mut swaps, "swap the eyes");
-    if swaps != room.swaps_eyes {
-        panel_commands.commands.push(Command::SwapEyes(swaps));
-    }
-    let mut pattern = room.shows_pattern();
-    ui.checkbox(&mut pattern, "test pattern");
-    if pattern != room.shows_pattern() {
-        panel_commands.commands.push(Command::TestPattern(pattern));
-    }
+    let swaps = switch(ui, room.swaps_eyes, "swap the eyes", "");
+    panel_commands.commands.extend(swaps.map(Command::SwapEyes));
+    let pattern = switch(ui, room.shows_pattern(), "test pattern", "");
+    panel_commands.commands.extend(pattern.map(Command::TestPattern));
     let can_calibrate = studio.tracker().is_some() && calibrating.is_none();
     let button = ui.add_enabled(can_calibrate, egui::Button::new("Calibrate the tracker…"));
     if button.on_disabled_hover_text("there is no tracker: start osp with --tracker").clicked() {

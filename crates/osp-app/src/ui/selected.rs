@@ -1,6 +1,9 @@
-use egui::{Button, DragValue, Ui};
+use egui::{Button, Ui};
 
-use super::panel_commands::PanelCommands;
+use super::{
+    fields::{degrees, number, percent},
+    panel_commands::PanelCommands,
+};
 use crate::{
     altering::Altering,
     command::Command,
@@ -8,7 +11,6 @@ use crate::{
     tool::{Span, ToolChoice},
 };
 
-/// Panel with the commands for the selection and their text fields.
 #[derive(Debug, Default)]
 pub(super) struct SelectionPanel {
     turn_degrees: f32,
@@ -44,22 +46,18 @@ impl SelectionPanel {
     }
 
     fn numbers(&mut self, ui: &mut Ui, panel_commands: &mut PanelCommands) {
-        let mut percent = self.percent.unwrap_or(100.0);
+        let mut part = self.percent.unwrap_or(100.0);
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 3.0;
-            let label = ui.label("turn");
-            let turn = DragValue::new(&mut self.turn_degrees).speed(1.0).range(-360.0..=360.0).suffix("°");
-            let turn = ui.add(turn).labelled_by(label.id);
+            let turn = number(ui, "turn", degrees(&mut self.turn_degrees));
             if (turn.drag_stopped() || turn.lost_focus()) && self.turn_degrees != 0.0 {
                 panel_commands.commands.push(Command::Alter(Altering::Turn(self.turn_degrees)));
                 self.turn_degrees = 0.0;
             }
-            let label = ui.label("size");
-            let size = DragValue::new(&mut percent).speed(1.0).range(1.0..=1.0e4).suffix(" %");
-            let size = ui.add(size).labelled_by(label.id);
-            self.percent = Some(percent);
-            if (size.drag_stopped() || size.lost_focus()) && percent != 100.0 {
-                panel_commands.commands.push(Command::Alter(Altering::Scale(percent / 100.0)));
+            let size = number(ui, "size", percent(&mut part));
+            self.percent = Some(part);
+            if (size.drag_stopped() || size.lost_focus()) && part != 100.0 {
+                panel_commands.commands.push(Command::Alter(Altering::Scale(part / 100.0)));
                 self.percent = None;
             }
         });

@@ -15,7 +15,6 @@ use crate::{
 };
 use osp_session::recording::Tool;
 
-/// The colours of the colour buttons, sRGB.
 const SWATCHES: [[u8; 3]; 12] = [
     [242, 158, 51],
     [230, 84, 64],
@@ -122,16 +121,16 @@ fn brush(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         ui.label("colour");
     });
     width(ui, studio, panel_commands);
-    let snap_name = |snap| match snap {
+    let label = ui.label("depth of strokes");
+    let name = |snap| match snap {
         Snap::Start => "start on surfaces",
         Snap::Surface => "follow surfaces",
         Snap::Off => "free",
     };
-    let label = ui.label("depth of strokes");
-    let choice = ComboBox::from_id_salt("snap").selected_text(snap_name(studio.snap())).width(140.0);
-    let shown = choice.show_ui(ui, |ui| {
+    let list = ComboBox::from_id_salt("snap").selected_text(name(studio.snap())).width(140.0);
+    let shown = list.show_ui(ui, |ui| {
         for snap in [Snap::Start, Snap::Surface, Snap::Off] {
-            if ui.selectable_label(studio.snap() == snap, snap_name(snap)).clicked() {
+            if ui.selectable_label(studio.snap() == snap, name(snap)).clicked() {
                 panel_commands.commands.push(Command::Snap(snap));
             }
         }

@@ -7,7 +7,6 @@ use winit::event_loop::EventLoop;
 
 use crate::{
     journal::Unwritten,
-    session::OpenError,
     threads::Wake,
     tracker::{TrackerAddress, TrackerError, TrackerOptions},
 };
@@ -78,9 +77,6 @@ pub enum WindowError {
     /// A part of a session could not be written.
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
-    /// The session of a replay could not be read.
-    #[error(transparent)]
-    Unread(#[from] OpenError),
     /// The trace cannot be written.
     #[error("{}: {cause}", path.display())]
     Trace { path: PathBuf, cause: io::Error },

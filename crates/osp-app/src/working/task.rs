@@ -13,7 +13,7 @@ use crate::{
 };
 use osp_session::{
     export::{ExportError, GltfCounts, TiltCounts},
-    platform,
+    platform::fs,
     recording::RecordingError,
 };
 
@@ -36,13 +36,11 @@ pub(crate) struct ReadSession {
     pub(crate) indexed: Option<Indexed>,
 }
 
-/// The result of background work.
 #[derive(Debug)]
 pub(crate) enum Done {
-    /// A session for a replay. `is_sole` is whether the window was opened only for this session.
+    /// A session for a replay.
     Played {
         path: PathBuf,
-        is_sole: bool,
         start: ReplayStart,
         outcome: Result<Box<Session>, RecordingError>,
     },
@@ -82,12 +80,10 @@ pub(crate) trait Task: Send {
     }
 }
 
-/// Reads a session for a replay.
 pub(crate) struct ToPlay {
     pub(crate) path: PathBuf,
     pub(crate) reader: ReplayReader,
     pub(crate) start: ReplayStart,
-    pub(crate) is_sole: bool,
 }
 
 impl Task for ToPlay {
@@ -100,7 +96,7 @@ impl Task for ToPlay {
             session.play(self.start == ReplayStart::Playing);
             Box::new(session)
         });
-        Some(Done::Played { path: self.path.clone(), is_sole: self.is_sole, start: self.start, outcome })
+        Some(Done::Played { path: self.path.clone(), start: self.start, outcome })
     }
 }
 
@@ -126,6 +122,11 @@ impl ToDraw {
         Self { path, how, is_new: false, plan, autosaves, stage: Stage::Closed }
     }
 
+    fn start(&mut self) -> Result<Started, OpenError> {
+        self.is_new = !fs::is_there(&self.path);
+        Session::start(&self.path, &self.autosaves, self.how)
+    }
+
     fn done(&self, outcome: Result<ReadSession, OpenError>) -> Done {
         let outcome = outcome.map(Box::new);
         Done::Opened { path: self.path.clone(), how: self.how, is_new: self.is_new, outcome }
@@ -140,13 +141,10 @@ impl ToDraw {
     fn advance(&mut self, progress: &Progress) -> Result<Option<ReadSession>, OpenError> {
         let cancelled = || OpenError::Cancelled(self.path.clone());
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
-            Stage::Closed => {
-                self.is_new = !platform::fs::is_there(&self.path);
-                match Session::start(&self.path, &self.autosaves, self.how)? {
-                    Started::Empty(session) => self.begin_index(*session, Opened::default()),
-                    Started::Reads(reader) => Stage::Reading(reader),
-                }
-            }
+            Stage::Closed => match self.start()? {
+                Started::Empty(session) => self.begin_index(*session, Opened::default()),
+                Started::Reads(reader) => Stage::Reading(reader),
+            },
             Stage::Reading(mut reader) => {
                 if !progress.note(reader.events) {
                     reader.give_up();
@@ -192,19 +190,16 @@ impl Task for ToDraw {
     }
 
     fn run(mut self: Box<Self>, progress: &Progress) -> Done {
-        self.is_new = !platform::fs::is_there(&self.path);
         let go_on = |done| progress.note(done);
-        let opened = Session::open_watched(&self.path, &self.autosaves, self.how, &go_on);
+        let opened = self.start().and_then(|started| started.read_watched(&self.path, &go_on));
         let outcome = opened.map(|(session, opened)| {
-            let plan = self.plan.clone();
-            let indexed = progress.wants_index().then(|| plan.index(session.scene(), &session.bounds()));
+            let indexed = Some(self.plan.clone().index(session.scene(), &session.bounds()));
             ReadSession { session, opened, indexed }
         });
         self.done(outcome)
     }
 }
 
-/// Work that is not divided into steps.
 pub(crate) struct Whole<F>(Option<F>);
 
 impl<F> Whole<F> {
@@ -224,8 +219,6 @@ impl<F: FnOnce(&Progress) -> Done + Send> Task for Whole<F> {
 pub(crate) struct Progress {
     pub(super) done: AtomicU64,
     pub(super) is_cancelled: AtomicBool,
-    /// Whether a window waits for the work and shows frames meanwhile.
-    pub(super) has_window: AtomicBool,
 }
 
 impl Progress {
@@ -233,10 +226,5 @@ impl Progress {
     pub(crate) fn note(&self, done: u64) -> bool {
         self.done.store(done, Relaxed);
         !self.is_cancelled.load(Relaxed)
-    }
-
-    /// Whether the work should also insert the model into an index. Without a waiting window, the studio inserts it.
-    pub(super) fn wants_index(&self) -> bool {
-        self.has_window.load(Relaxed) && !self.is_cancelled.load(Relaxed)
     }
 }

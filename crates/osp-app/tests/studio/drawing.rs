@@ -4,7 +4,7 @@ use osp::{
     glam::{Vec2, Vec3},
     occlusion::Occlusion,
 };
-use osp_app::{Autosaves, Button, Command, Held, Input, Session, Snap, Stages, Studio, ToolChoice};
+use osp_app::{Autosaves, Button, Command, Held, Input, Session, Snap, Studio, ToolChoice};
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -167,7 +167,7 @@ fn touching_a_stroke_erases_it_and_nothing_else() {
     // A single fast movement goes across both.
     table.drag(Button::Primary, &[(0.0, -0.6), (0.0, 0.6)]);
     assert_eq!(table.visible(), 0);
-    assert!(table.studio.culling().picks().rays > 4);
+    assert!(table.studio.culling().searches().rays > 4);
 }
 
 /// A pointer is often exactly on the seam of two polygons, because strokes have a seam at each former position of the
@@ -351,7 +351,7 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
     table.studio.command(Command::Freeze(false));
     assert_eq!(table.frame().record.visible, table.visible());
     assert!(table.studio.culled().is_empty());
-    table.studio.command(Command::Stages(Stages { frustum: false }));
+    table.studio.command(Command::FrustumCulling(false));
     assert_eq!(table.frame().drawn, table.visible());
 }
 

@@ -7,29 +7,19 @@ use std::{
 
 use egui::accesskit::Role;
 use egui_kittest::kittest::Queryable;
-use osp_app::{Access, Answer, Autosaves, Command, Opening, Session, Studio};
-use osp_rivals::IndexKind;
+use osp_app::{Access, Answer, Command, Opening, Session, Studio};
 use osp_session::recording::{self, OpenOptions};
 
 use crate::{
     drawing::draw_across,
+    keeping::{self, files_in},
     panel::{Person, window},
 };
 
 const OFFER: &str = "Continue with the edits?";
 
-fn autosaves(folder: &Path) -> Autosaves {
-    Autosaves::new(Some(folder.join("autosaves")))
-}
-
-fn opened_as(path: &Path, folder: &Path, access: Access) -> Studio {
-    let autosaves = autosaves(folder);
-    let opened = Session::open_as(path, &autosaves, Opening::with(access));
-    Studio::new(opened.expect("a session").0, autosaves, IndexKind::Osp)
-}
-
 fn opened(path: &Path, folder: &Path) -> Studio {
-    opened_as(path, folder, Access::Write)
+    keeping::opened(path, folder, Opening::default())
 }
 
 fn path_of(studio: &Studio) -> PathBuf {
@@ -42,11 +32,6 @@ fn model(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
     path
-}
-
-fn sessions_in(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder.join("autosaves")).expect("a folder");
-    entries.map(|entry| entry.expect("an entry").path()).collect()
 }
 
 fn title(studio: &Studio) -> Option<&'static str> {
@@ -76,7 +61,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     assert_eq!(title(&studio), None);
     studio.close().expect("nothing was drawn");
     assert_eq!(fs::read(&edits).expect("the edits"), before);
-    assert_eq!(sessions_in(here), std::slice::from_ref(&edits), "nothing else was left");
+    assert_eq!(files_in(&here.join("autosaves")), std::slice::from_ref(&edits), "nothing else was left");
 
     // The same in a window that is already open.
     let mut studio = opened(&here.join("other.ron"), here);
@@ -95,7 +80,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     assert_ne!(others, edits);
     studio.close().expect("written");
     assert!(fs::read(&edits).expect("the edits").starts_with(&before), "they are as they were left");
-    assert_eq!(sessions_in(here).len(), 2);
+    assert_eq!(files_in(&here.join("autosaves")).len(), 2);
 }
 
 #[test]
@@ -111,8 +96,9 @@ fn edits_are_offered_with_their_own_sketch_alone_and_not_where_the_answer_is_kno
     for other in [same_name, longer] {
         assert_eq!(title(&opened(&other, here)), None, "{}", other.display());
     }
-    assert_eq!(title(&opened_as(&path, here, Access::Copy)), None);
-    assert_eq!(title(&opened_as(&path, here, Access::ReadOnly)), None);
+    for access in [Access::Copy, Access::ReadOnly] {
+        assert_eq!(title(&keeping::opened(&path, here, Opening::with(access))), None);
+    }
     // The same file by another path.
     let roundabout = here.join("elsewhere/../a.obj");
     assert_eq!(title(&opened(&roundabout, here)), Some(OFFER));

@@ -14,34 +14,6 @@ use osp_session::{
 
 use crate::drawing::{Table, across};
 
-#[test]
-fn an_export_replaces_a_file_after_a_question_and_never_under_another_ending() {
-    let mut table = Table::new();
-    let folder = table.folder.path().to_owned();
-    let (model, session) = (folder.join("m.glb"), folder.join("s.ron"));
-    let text = "Header(format: 1)\n";
-    fs::write(&session, text).expect("written");
-    fs::write(&model, "glTF, an older one").expect("written");
-    let mut export = |path: &Path| {
-        table.studio.command(Command::Export(path.to_owned()));
-        if table.studio.question().is_some() {
-            table.studio.command(Command::Answer(Answer::Replace));
-        }
-        table.studio.messages().last().cloned().expect("a message")
-    };
-    assert!(export(&model).contains("exported to"));
-    assert!(fs::read(&model).expect("there").starts_with(b"glTF\x02"));
-    for path in [&session, &folder.join("p.obj")] {
-        assert!(export(path).contains("expected a name that ends in .glb"));
-    }
-    assert_eq!(fs::read_to_string(&session).expect("there"), text);
-    assert!(!folder.join("p.obj").exists());
-    let left = fs::read_dir(&folder).expect("a folder").filter(|entry| {
-        entry.as_ref().is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(".unfinished"))
-    });
-    assert_eq!(left.count(), 0);
-}
-
 /// The sketch that `osp convert` makes of a session.
 fn converted(session: &Path) -> Vec<u8> {
     let mut session = recording::open(session, &OpenOptions::default()).expect("a session");
@@ -101,29 +73,6 @@ fn a_sketch_is_exported_with_its_edits_as_convert_writes_it() {
     assert!(fs::read(&third).expect("there") == fs::read(&second).expect("there"), "not before the answer");
     table.studio.command(Command::Answer(Answer::Replace));
     assert_eq!(drawn_in(&third).0, 0);
-}
-
-#[test]
-fn an_exported_sketch_replaces_no_file_without_a_question() {
-    let mut table = Table::new();
-    table.drag(Button::Primary, &across(0.0));
-    let other = table.folder.path().join("other.tilt");
-    fs::write(&other, "somebody's work").expect("written");
-    table.studio.command(Command::Export(other.clone()));
-    let question = table.studio.question().expect("a question");
-    assert!(question.text().contains("other.tilt") && question.safe_answer() == Answer::Cancel);
-    table.studio.command(Command::Answer(Answer::Cancel));
-    assert_eq!(fs::read(&other).expect("there"), b"somebody's work");
-    table.studio.command(Command::Export(other.clone()));
-    table.studio.command(Command::Answer(Answer::Replace));
-    assert_eq!(drawn_in(&other).0, 1);
-    // A folder cannot be replaced.
-    let folder = table.folder.path().join("folder.tilt");
-    fs::create_dir(&folder).expect("a folder");
-    table.studio.command(Command::Export(folder.clone()));
-    assert!(table.studio.question().is_none() && folder.is_dir());
-    let said = last_said(&table.studio);
-    assert!(said.contains("folder.tilt: expected a file; found a folder"), "{said}");
 }
 
 #[test]

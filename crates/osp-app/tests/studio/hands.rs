@@ -3,8 +3,7 @@ use std::net::UdpSocket;
 
 use super::tracker::wait_until;
 use osp_app::tracker::{
-    EventEncoder, Hands, Message, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, parse_osc,
-    write_line,
+    EventEncoder, Hands, Message, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, write_line,
 };
 use osp_session::{
     recording::{Event, StrokeId},
@@ -22,20 +21,6 @@ fn line_of(message: &Message) -> String {
     let mut line = String::new();
     write_line(message, &mut line);
     line
-}
-
-#[test]
-fn messages_survive_lines_and_osc() {
-    let messages = told(&events_in(shipped_session("scribble")));
-    assert!(messages.len() > 1000);
-    for message in &messages {
-        let line = line_of(message);
-        let read = parse_line(&line).expect("a line of our own").expect("a message");
-        let mut from_osc = Vec::new();
-        let malformed = parse_osc(&osc_packet(message), &mut from_osc);
-        assert_eq!((malformed, from_osc.len()), (0, 1), "{line}");
-        assert_eq!(read, from_osc[0], "{line}");
-    }
 }
 
 #[test]
@@ -75,7 +60,7 @@ fn silence_ends_a_stroke() {
 }
 
 #[test]
-fn malformed_lines_are_refused_with_what_was_expected() {
+fn malformed_lines_are_refused() {
     for line in [
         "hand",
         "hand 0 0 0 0 0 0 1",

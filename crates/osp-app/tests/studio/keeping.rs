@@ -1,4 +1,4 @@
-//! The window's questions before something is replaced, lost or discarded.
+//! The window's questions before something is replaced or lost.
 
 use std::{
     fs,
@@ -18,7 +18,7 @@ use osp_app::{
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Author, Event, OpenOptions, StrokeId, Tool};
 
-fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
+pub(crate) fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
     let autosaves = Autosaves::new(Some(folder.join("autosaves")));
     let (document, opened) = Session::open_as(path, &autosaves, how).expect("a session");
     let mut studio = Studio::new(document, autosaves, IndexKind::Osp);
@@ -35,7 +35,7 @@ fn events_in(path: &Path) -> usize {
     events.inspect(|event| assert!(event.is_ok(), "whole lines: {event:?}")).count()
 }
 
-fn files_in(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn files_in(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     entries.map(|entry| entry.expect("an entry").path()).collect()
 }
@@ -62,9 +62,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     let before = fs::read(&path).expect("a file");
 
     second.command(Command::Open(path.clone()));
-    let Some(Question::Held { is_shown: false, .. }) = second.question() else {
-        panic!("{:?}", second.question())
-    };
+    assert!(matches!(second.question(), Some(Question::Held(_))), "{:?}", second.question());
     assert!(second.question().expect("one").text().contains(&format!("process {}", std::process::id())));
     assert_eq!(document(&second).path(), folder.path().join("b.ron"), "nothing happens yet");
     second.command(Command::Answer(Answer::Cancel));
@@ -91,7 +89,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     // The file is still locked; then it is not any more.
     second.command(Command::Open(path.clone()));
     second.command(Command::Answer(Answer::TryAgain));
-    assert!(matches!(second.question(), Some(Question::Held { .. })));
+    assert!(matches!(second.question(), Some(Question::Held(_))));
     draw_across(&mut first, -0.3);
     let drawn = first.scene().counts().visible;
     first.close().expect("written");
@@ -162,6 +160,7 @@ fn no_file_is_replaced_without_a_word() {
     for (name, work, command) in [
         ("taken.ron", "somebody's work", Command::SaveAs as fn(PathBuf) -> Command),
         ("taken.glb", "glTF: somebody's work", Command::Export as fn(PathBuf) -> Command),
+        ("taken.tilt", "somebody's work", Command::Export as fn(PathBuf) -> Command),
     ] {
         let path = table.folder.path().join(name);
         fs::write(&path, work).expect("written");
@@ -169,7 +168,7 @@ fn no_file_is_replaced_without_a_word() {
             table.studio.command(command(path.clone()));
             let question = table.studio.question().expect("a question");
             assert!(question.text().contains(name), "{}", question.text());
-            assert_eq!(question.safe_answer(), Answer::Cancel);
+            assert_eq!(question.first_answer(), Answer::Cancel);
             if let Some(answer) = answer {
                 table.studio.command(Command::Answer(answer));
             }
@@ -178,7 +177,7 @@ fn no_file_is_replaced_without_a_word() {
         assert!(table.studio.question().is_none());
         table.studio.command(command(path.clone()));
         table.studio.command(Command::Answer(Answer::Replace));
-        assert!(fs::read(&path).expect("a file").len() > 1000);
+        assert!(fs::read(&path).expect("a file") != work.as_bytes());
         // A folder cannot be replaced.
         let folder = table.folder.path().join("folder").with_extension(path.extension().expect("one"));
         fs::create_dir(&folder).expect("a folder");
@@ -190,9 +189,13 @@ fn no_file_is_replaced_without_a_word() {
     table.studio.command(Command::SaveAs(table.folder.path().join("taken.ron")));
     assert!(table.studio.question().is_none());
     // A model is no session.
-    table.studio.command(Command::Export(table.folder.path().join("model.obj")));
-    assert!(!table.folder.path().join("model.obj").exists());
-    assert!(said(&table.studio).contains(".glb"), "{}", said(&table.studio));
+    for name in ["model.obj", "taken.ron"] {
+        let path = table.folder.path().join(name);
+        let before = fs::read(&path).ok();
+        table.studio.command(Command::Export(path.clone()));
+        assert!(table.studio.question().is_none() && fs::read(&path).ok() == before, "{name}");
+        assert!(said(&table.studio).contains("expected a name that ends in .glb"), "{}", said(&table.studio));
+    }
     assert!(files_in(table.folder.path()).iter().all(|path| !path.to_string_lossy().contains("unfinished")));
 }
 
@@ -232,32 +235,6 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         let unwritten = studio.close().expect_err("not in its file");
         assert_eq!(events_in(unwritten.kept_in.as_ref().expect("a shelter")) as u64, events, "{what}");
     }
-}
-
-#[test]
-fn what_was_drawn_is_discarded_only_when_asked_twice() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = drawn(folder.path(), "a.ron");
-    let before = fs::read(&path).expect("a file");
-    let mut studio = opened(&path, folder.path(), Opening::default());
-    let polygons = studio.scene().counts().visible;
-    studio.command(Command::Discard);
-    assert!(studio.question().is_none(), "there is nothing to discard");
-    draw_across(&mut studio, 0.2);
-    draw_across(&mut studio, 0.4);
-    studio.command(Command::Discard);
-    studio.command(Command::Answer(Answer::Cancel));
-    assert!(studio.scene().counts().visible > polygons);
-    studio.command(Command::Discard);
-    studio.command(Command::Answer(Answer::Discard));
-    let report = studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
-    assert_eq!((studio.scene().counts().visible, report.record.polygons), (polygons, polygons));
-    assert_eq!(fs::read(&path).expect("a file"), before);
-    // It continues as if nothing had happened.
-    draw_across(&mut studio, 0.3);
-    assert_eq!(studio.scene().counts().ignored_events, 0);
-    studio.close().expect("written");
-    assert!(events_in(&path) > 2);
 }
 
 #[test]
@@ -335,8 +312,7 @@ fn every_question(folder: &Path) -> Vec<Question> {
     assert_eq!(edits.of(), "A sketch with a name of some length");
     let long = PathBuf::from("/a/very/long/way/to/a/folder/of/many/sessions/with/a/long/name.ron");
     vec![
-        Question::Held { held: held.clone(), is_shown: true },
-        Question::Held { held, is_shown: false },
+        Question::Held(held),
         Question::Edits(edits),
         Question::Damaged {
             path: long.clone(),
@@ -349,8 +325,6 @@ fn every_question(folder: &Path) -> Vec<Question> {
             then: Then::Close,
         },
         Question::Unwritten { reason: "a disk is full".to_owned(), is_kept: false, then: Then::New },
-        Question::Discard { events: 1234, is_all: true },
-        Question::Discard { events: 1234, is_all: false },
     ]
 }
 
@@ -413,15 +387,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.command(Command::SaveAs(taken.clone()));
     harness.click_button("Replace");
     assert!(events_in(&taken) > 2);
-
-    // Discards by the menu.
     let events = events_in(&taken);
-    draw_across(&mut harness.state_mut().studio, 0.3);
-    harness.run_steps(2);
-    harness.click_button("File");
-    harness.click_button("Discard…");
-    harness.click_button("Discard");
-    assert_eq!(events_in(&taken), events);
 
     // A change of the file is reported at once, with the possible answers.
     fs::remove_file(&taken).expect("removed");

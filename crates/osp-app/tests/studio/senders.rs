@@ -4,7 +4,7 @@ use std::net::UdpSocket;
 
 use glam::{Quat, Vec3};
 use osp_app::{
-    Access, Answer, Autosaves, Button, Command, Opening, Session,
+    Access, Autosaves, Button, Command, Opening, Session,
     tracker::{Listening, TrackerOptions},
 };
 use osp_session::{
@@ -108,27 +108,6 @@ fn every_sender_is_an_author_with_strokes_and_undo_of_its_own() {
     assert_eq!(seen(table.studio.scene()), [(1, 2), (2, 1)]);
     say(&mut table, &ben, &stroke(0.7));
     assert_eq!(seen(table.studio.scene()), [(1, 2), (2, 1), (3, 1)]);
-}
-
-#[test]
-fn who_draws_on_in_a_session_that_was_discarded_joins_it_anew() {
-    let (mut table, say) = table();
-    table.studio.command(Command::New);
-    let ada = sender(table.studio.tracker().expect("a tracker"));
-    say(&mut table, &ada, &stroke(0.0));
-    let path = table.folder.path().join("class.ron");
-    table.studio.command(Command::SaveAs(path.clone()));
-    say(&mut table, &ada, "hand 0 0.2 0 0 0 0 1 1\nhand 0.1 0.2 0 0 0 0 1 1");
-    table.studio.command(Command::Discard);
-    table.studio.command(Command::Answer(Answer::Discard));
-    table.frame();
-    say(&mut table, &ada, "hand 0.2 0.2 0 0 0 0 1 1\nhand 0.3 0.2 0 0 0 0 1 0");
-    say(&mut table, &ada, &stroke(0.3));
-    table.studio.command(Command::New);
-    table.frame();
-    for event in open(&path, &OpenOptions::STRICT).expect("a session") {
-        event.expect("a whole line, of somebody who is there");
-    }
 }
 
 #[test]

@@ -1,15 +1,12 @@
 //! Reading and writing beside the window. The picture continues meanwhile, and the work can be cancelled.
 
-use std::{fmt::Write, fs, path::PathBuf, time::Duration};
+use std::{fmt::Write, fs, path::PathBuf};
 
 use glam::Vec2;
 use osp::occlusion::Occlusion;
-use osp_app::{Autosaves, Button, Command, CullingPlan, Opening, Reading, Replay, Session, Studio, Waited};
+use osp_app::{Autosaves, Button, Command, Session, Studio};
 use osp_rivals::IndexKind;
-use osp_session::{
-    recording::{OpenOptions, Pace},
-    replay::CameraChoice,
-};
+use osp_session::{recording::Pace, replay::CameraChoice};
 
 use osp_testkit::wait_for;
 
@@ -102,81 +99,19 @@ fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
     assert!(table.studio.question().is_none());
 }
 
-fn plan() -> CullingPlan {
-    CullingPlan::new(IndexKind::Osp, Occlusion::Auto.into())
-}
-
 #[test]
 fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
-    // With another plan it is inserted again.
-    for (of_window, is_its_own) in [(Occlusion::Auto, true), (Occlusion::None, false)] {
-        let mut table = Table::new();
-        let path = long_session(&table, 20_000);
-        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
-        table.studio.command(Command::Occlusion(of_window.into()));
-        let reading = Reading::to_draw(&path, &autosaves, Opening::default(), plan()).expect("a thread");
-        table.studio.take_over(reading);
-        wait_until("the session", || {
-            table.studio.tend();
-            !table.studio.is_working()
-        });
-        let culling = table.studio.culling();
-        let inserted = culling.reindexed().expect("inserted");
-        assert_eq!((inserted.kind, culling.occlusion()), (IndexKind::Osp, of_window.into()));
-        assert_eq!(inserted.polygons, table.studio.scene().counts().visible);
-        assert_eq!(inserted.in_background, is_its_own, "by the window's thread, or before it");
-        assert!(table.visible() > 0);
-    }
-}
-
-#[test]
-fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
-    let table = Table::new();
+    let mut table = Table::new();
     let path = long_session(&table, 20_000);
-    let autosaves = || Autosaves::new(Some(table.folder.path().join("autosaves")));
-    let empty = || Studio::new(Session::new(&autosaves()), autosaves(), IndexKind::Osp);
-    let shown = |mut studio: Studio| {
-        wait_until("the session", || {
-            studio.frame(Vec2::new(640.0, 480.0), 0.0);
-            studio.tend();
-            !studio.is_working()
-        });
-        studio
-    };
-    // The thread may be faster.
-    let going_on = |begin: &dyn Fn() -> Reading| {
-        wait_for("what is not read at once", || match begin().wait(Some(Duration::ZERO)) {
-            Waited::GoesOn(reading) => Some(reading),
-            Waited::Read(_) => None,
-        })
-    };
-    let reading =
-        going_on(&|| Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread"));
-    let mut studio = empty();
-    studio.take_over(reading);
-    assert!(studio.is_reading() || studio.scene().counts().visible > 0);
-    let studio = shown(studio);
-    assert_eq!(studio.scene().strokes().len(), 20_000);
-    assert!(studio.session().path() == path);
-    studio.close().expect("closed");
-
-    let play =
-        |plays| Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), plays);
-    let reading = going_on(&|| play(true).expect("a thread"));
-    let mut studio = empty();
-    studio.take_over(reading);
-    let studio = shown(studio);
-    assert!(studio.session().replay().is_some_and(Replay::is_playing));
-    // A caller without a window waits for the session. A replay that stands still shows nothing yet.
-    let Waited::Read(Ok((session, _))) = play(false).expect("a thread").wait(None) else {
-        panic!("a replay")
-    };
-    let player = session.replay().expect("a replay");
-    assert!(!player.is_playing() && player.position() == 0);
-    // A session that cannot be read does not end the program.
-    fs::write(&path, "nonsense").expect("written");
-    let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
-    assert!(matches!(reading.wait(None), Waited::Read(Err(_))));
+    table.studio.command(Command::Occlusion(Occlusion::Auto.into()));
+    table.studio.work_in_background();
+    table.studio.command(Command::Open(path));
+    wait(&mut table);
+    let culling = table.studio.culling();
+    let inserted = culling.reindexed().expect("inserted");
+    assert_eq!((inserted.kind, culling.plan.occlusion), (IndexKind::Osp, Occlusion::Auto.into()));
+    assert_eq!(inserted.polygons, table.studio.scene().counts().visible);
+    assert!(inserted.in_background && table.visible() > 0);
 }
 
 #[test]
@@ -206,36 +141,6 @@ fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
     let bytes = fs::read(&here).expect("a model");
     assert!(String::from_utf8_lossy(&bytes).contains("_TIMESTAMP"));
     assert!(bytes == fs::read(&beside).expect("a model"), "the same times in both");
-}
-
-#[test]
-fn a_replay_whose_session_cannot_be_read_or_is_not_waited_for_has_no_window() {
-    let table = Table::new();
-    let path = long_session(&table, 20_000);
-    let end = |cancels: bool| {
-        let reading =
-            Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), true);
-        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
-        let subject = Session::new(&autosaves);
-        let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
-        studio.take_over(reading.expect("a thread"));
-        if cancels {
-            studio.command(Command::CancelWork);
-        }
-        wait_until("the end", || {
-            studio.tend();
-            !studio.is_working()
-        });
-        let unread = studio.take_unread().map(|error| error.to_string());
-        let is_closing = studio.is_closing();
-        studio.close().expect("nothing was drawn");
-        (is_closing, unread)
-    };
-    let (is_closing, unread) = end(true);
-    assert!(is_closing && unread.is_some_and(|said| said.contains("was cancelled")));
-    fs::write(&path, "nonsense").expect("written");
-    let (is_closing, unread) = end(false);
-    assert!(is_closing && unread.is_some_and(|said| said.contains("long.ron")));
 }
 
 #[test]

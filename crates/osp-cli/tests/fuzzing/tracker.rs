@@ -10,16 +10,12 @@ pub fn run(data: &[u8]) {
     assert!(malformed + messages.len() as u64 <= data.len() as u64 + 1, "more messages than bytes");
     let text = String::from_utf8_lossy(data);
     for line in text.lines() {
-        match parse_line(line) {
-            Ok(message) => messages.extend(message),
-            Err(expected) => assert!(!expected.is_empty()),
-        }
+        messages.extend(parse_line(line).ok().flatten());
     }
     for message in &messages {
         let mut line = String::new();
         write_line(message, &mut line);
-        let again =
-            parse_line(&line).unwrap_or_else(|e| panic!("{line:?}: expected {e}")).expect("a message");
+        let again = parse_line(&line).expect(&line).expect("a message");
         assert!(is_close(&again, message), "{message:?} as a line: {again:?}");
         let mut again = Vec::new();
         assert_eq!(parse_osc(&osc_packet(message), &mut again), 0, "{message:?}");

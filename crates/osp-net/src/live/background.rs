@@ -15,9 +15,6 @@ pub(super) struct Background {
 
 impl Background {
     /// Starts a thread with this name and runs the future of `work` on it.
-    ///
-    /// # Errors
-    /// The system cannot create the thread or the event queue of the runtime.
     pub(super) fn start<W: Future<Output = ()>>(
         name: &str,
         work: impl FnOnce() -> W + Send + 'static,

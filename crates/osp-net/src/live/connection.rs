@@ -18,7 +18,7 @@ use tokio::sync::mpsc as queue;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
-    Address, Connection, LinkOptions, LiveError, Role, Status,
+    Address, Connection, LiveError, Role, Status,
     member::{Member, News, new_sender},
     outbox::Outgoing,
     server::{self, Complaints, NoAnswer},
@@ -53,7 +53,7 @@ type StreamInfo = Result<Info, NoAnswer>;
 
 struct Exchange<'a> {
     address: &'a Address,
-    options: &'a LinkOptions,
+    role: &'a Role,
     todo: queue::UnboundedReceiver<Command>,
     out: &'a mpsc::Sender<Result<News, LiveError>>,
     wake: &'a (dyn Fn() + Send),
@@ -77,19 +77,19 @@ struct Exchange<'a> {
 /// Exchanges messages with the server until the connection fails permanently.
 pub(super) async fn exchange(
     address: &Address,
-    options: &LinkOptions,
+    role: &Role,
     todo: queue::UnboundedReceiver<Command>,
     out: &mpsc::Sender<Result<News, LiveError>>,
     wake: &(dyn Fn() + Send),
     shared: &Shared,
 ) -> Result<(), LiveError> {
-    let may_send = match &options.role {
+    let may_send = match role {
         Role::Author(who) => Some((who.clone(), new_sender())),
         Role::Watcher => None,
     };
     let mut exchange = Exchange {
         address,
-        options,
+        role,
         todo,
         out,
         wake,
@@ -105,7 +105,7 @@ pub(super) async fn exchange(
         program_has_left: false,
     };
     let complaints = Arc::clone(&exchange.complaints);
-    let client = exchange.meanwhile(server::connect(address, options, &complaints)).await?;
+    let client = exchange.meanwhile(server::connect(address, &complaints)).await?;
     let presence = client.subscribe(address.presence()).await;
     let presence = presence
         .map_err(|error| LiveError::NotAllowed { server: address.server(), why: error.to_string() })?;
@@ -183,7 +183,7 @@ impl Exchange<'_> {
         loop {
             let was_there = self.made.is_some();
             server.connections = self.complaints.get().1.max(1);
-            let (address, role) = (self.address, &self.options.role);
+            let (address, role) = (self.address, self.role);
             let asked = server::stream(&server.logs, address, role, was_there);
             let answer = self.meanwhile(asked).await;
             let now = self.now();

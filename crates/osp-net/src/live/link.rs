@@ -12,7 +12,7 @@ use hdrhistogram::Histogram;
 use tokio::sync::mpsc as queue;
 
 use super::{
-    Address, Latency, LinkOptions, LiveError, News, Status,
+    Address, Latency, LiveError, News, Role, Status,
     background::Background,
     connection,
     state::{Command, Shared, lock},
@@ -70,11 +70,7 @@ impl Link {
     ///
     /// # Errors
     /// The system provides no thread.
-    pub fn open(
-        address: &Address,
-        options: &LinkOptions,
-        wake: impl Fn() + Send + 'static,
-    ) -> Result<Self, LiveError> {
+    pub fn open(address: &Address, role: &Role, wake: impl Fn() + Send + 'static) -> Result<Self, LiveError> {
         let (commands, todo) = queue::unbounded_channel();
         let (out, news) = mpsc::channel();
         let shared = Arc::new(Shared {
@@ -83,9 +79,9 @@ impl Link {
             latency_us: Mutex::new(Histogram::new(3).expect("three digits are allowed")),
             untaken: AtomicUsize::new(0),
         });
-        let (address, options, with) = (address.clone(), options.clone(), Arc::clone(&shared));
+        let (address, role, with) = (address.clone(), role.clone(), Arc::clone(&shared));
         let work = move || async move {
-            if let Err(error) = connection::exchange(&address, &options, todo, &out, &wake, &with).await {
+            if let Err(error) = connection::exchange(&address, &role, todo, &out, &wake, &with).await {
                 let _ = out.send(Err(error));
                 wake();
             }

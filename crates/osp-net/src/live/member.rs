@@ -92,12 +92,10 @@ impl Member {
         self.outbox.as_ref()?.author
     }
 
-    /// Number of authors that are present.
     pub(super) fn authors(&self) -> usize {
         self.presence.authors()
     }
 
-    /// Number of this member's events that are not in the log.
     pub(super) fn pending(&self) -> usize {
         self.outbox.as_ref().map_or(0, |outbox| outbox.pending)
     }
@@ -145,7 +143,6 @@ impl Member {
         }
     }
 
-    /// The messages to publish now.
     pub(super) fn pump(&mut self, now: Duration) -> Vec<Outgoing> {
         let Some(outbox) = self.outbox.as_mut().filter(|_| !self.has_left && !self.is_full) else {
             return Vec::new();
@@ -176,7 +173,6 @@ impl Member {
         self.progress = now;
     }
 
-    /// All messages in flight, to be published again.
     pub(super) fn again(&mut self) -> Vec<Outgoing> {
         if self.has_left || self.is_full {
             return Vec::new();

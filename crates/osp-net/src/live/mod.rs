@@ -45,7 +45,7 @@ pub use link::{Hand, Link};
 pub use member::News;
 pub use outbox::Who;
 pub use own::ME;
-pub use state::{Connection, LinkOptions, Role, Status};
+pub use state::{Connection, Role, Status};
 
 use osp_session::recording::{AUTHORS_FORMAT, Header};
 

@@ -126,7 +126,6 @@ impl Outbox {
         }
     }
 
-    /// Whether messages are in flight.
     pub(super) fn awaits_answers(&self) -> bool {
         !self.in_flight.is_empty()
     }
@@ -175,7 +174,6 @@ impl Outbox {
         self.waiting.push_back(WaitingEvent::added(event, now));
     }
 
-    /// The messages to publish now.
     pub(super) fn pump(&mut self, now: Duration) -> Vec<Outgoing> {
         let mut out = Vec::new();
         if self.author.is_none() {
@@ -254,7 +252,6 @@ impl Outbox {
         Outgoing { id, bytes: message.bytes.clone() }
     }
 
-    /// All messages in flight, to be published again.
     pub(super) fn again(&mut self) -> Vec<Outgoing> {
         if std::mem::take(&mut self.needs_new_ids) {
             self.attempt += 1;

@@ -14,7 +14,6 @@ pub(super) const MAX_EVENTS: usize = 4096;
 /// Room for the first line, bytes.
 pub(super) const HEAD_BYTES: usize = 64;
 
-/// The first line of a message.
 pub(super) fn head(sender: Sender, number: u64) -> String {
     format!("{MARK} {:016x} {number}\n", sender.0)
 }

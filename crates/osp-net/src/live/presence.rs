@@ -24,7 +24,6 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// Number of authors that are present.
     pub(super) fn authors(&self) -> usize {
         self.received.len()
     }

@@ -13,7 +13,7 @@ use async_nats::{
     },
 };
 
-use super::{Address, Credentials, LinkOptions, LiveError, Role, packet};
+use super::{Address, Credentials, LiveError, Role, packet};
 
 /// Longest wait for an answer of the server.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -77,14 +77,10 @@ impl Complaints {
 }
 
 /// Connects to the server; retries until the server answers.
-pub(super) async fn connect(
-    address: &Address,
-    options: &LinkOptions,
-    complaints: &Arc<Complaints>,
-) -> Result<Client, LiveError> {
+pub(super) async fn connect(address: &Address, complaints: &Arc<Complaints>) -> Result<Client, LiveError> {
     let server = address.server();
     loop {
-        let error = match options_of(address, options, complaints).connect(&server).await {
+        let error = match options_of(address, complaints).connect(&server).await {
             Ok(client) => return Ok(client),
             Err(error) => error,
         };
@@ -103,7 +99,7 @@ pub(super) async fn connect(
     }
 }
 
-fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complaints>) -> ConnectOptions {
+fn options_of(address: &Address, complaints: &Arc<Complaints>) -> ConnectOptions {
     let complaints = Arc::clone(complaints);
     let mut connect = ConnectOptions::new()
         .name("osp")
@@ -135,9 +131,6 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
             connect = connect.user_and_password(name.clone(), password.clone());
         }
     }
-    if let Some(certificates) = &options.certificates {
-        connect = connect.add_root_certificates(certificates.clone());
-    }
     connect
 }
 
@@ -164,7 +157,6 @@ fn full(error: &dyn std::error::Error) -> String {
     text
 }
 
-/// The interface to the server's logs.
 pub(super) fn logs(client: &Client) -> Context {
     let mut context = jetstream::new(client.clone());
     context.set_timeout(ANSWER);

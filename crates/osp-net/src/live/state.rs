@@ -1,6 +1,5 @@
-//! Options and state of a connection.
+//! Role and state of a connection.
 
-use std::path::PathBuf;
 use std::sync::{
     Mutex, MutexGuard, PoisonError,
     atomic::{AtomicUsize, Ordering},
@@ -19,15 +18,6 @@ pub enum Role {
     Author(Who),
     /// A watcher, which publishes nothing and does not create a missing session.
     Watcher,
-}
-
-/// Options of a connection.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LinkOptions {
-    /// The member's role in the session.
-    pub role: Role,
-    /// A file of certificates (PEM) that are trusted in addition to the system's certificates.
-    pub certificates: Option<PathBuf>,
 }
 
 /// State of the connection.
@@ -75,7 +65,6 @@ pub struct Status {
     pub last_passed: Option<String>,
 }
 
-/// Commands to the thread.
 #[derive(Debug)]
 pub(super) enum Command {
     Send(Vec<Event>, Instant),

@@ -53,7 +53,6 @@ impl Client {
         self.member.hand_over(events, now);
     }
 
-    /// Reads the log to its end.
     fn read(&mut self, server: &Server, now: Duration) {
         let from = usize::try_from(self.member.last_sequence).expect("a short test");
         for ((nanos, bytes), i) in server.log[from..].iter().zip(from as u64 + 1..) {

@@ -7,7 +7,6 @@ use osp_session::recording::Event;
 /// Largest number of events that a frame applies, with the lengths of their lists.
 pub(super) const EVENTS_A_FRAME: usize = 8192;
 
-/// Events in order of arrival.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
@@ -17,12 +16,10 @@ pub(super) struct Inbox {
 }
 
 impl Inbox {
-    /// Whether the inbox has the events of a frame.
     pub(super) fn has_enough(&self) -> bool {
         self.events.len() >= EVENTS_A_FRAME
     }
 
-    /// Whether the inbox has no events.
     pub(super) fn is_empty(&self) -> bool {
         self.events.is_empty()
     }
@@ -60,7 +57,6 @@ impl Inbox {
         answered
     }
 
-    /// Removes and returns all events.
     pub(super) fn take_all(&mut self) -> Vec<Event> {
         self.messages.clear();
         std::mem::take(&mut self.events).into()

@@ -81,9 +81,6 @@ impl Session {
 
     /// Leaves the shared session, after a short wait for the server to return all of the user's events. Returns
     /// messages about missing events.
-    ///
-    /// # Errors
-    /// A part of the remaining events could not be written.
     pub(crate) fn leave(&mut self) -> Result<Vec<String>, Unwritten> {
         let Some(live) = self.live() else { return Ok(Vec::new()) };
         let status = live.link.status();

@@ -16,9 +16,6 @@ pub(super) struct Known {
 
 impl Known {
     /// Removes the events that the file has already.
-    ///
-    /// # Errors
-    /// A message for the user, if the server's events differ from the file's events.
     pub(super) fn pass_over(&mut self, events: &mut Vec<Event>) -> Result<(), String> {
         let mut there = 0;
         for event in events.iter().take(usize::try_from(self.left).unwrap_or(usize::MAX)) {

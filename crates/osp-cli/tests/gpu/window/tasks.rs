@@ -259,7 +259,7 @@ fn task_09_watch_how_it_was_drawn(desk: &Desk) {
 }
 
 fn task_10_see_what_is_culled(desk: &Desk) {
-    let copy = ["sketch", "--copy", &recording("room"), "--window", SIZE];
+    let copy = ["sketch", &recording("room"), "--window", SIZE];
     let mut window = desk.open(&copy);
     window.key("F2");
     for _ in 0..6 {
@@ -279,7 +279,7 @@ fn task_11_choose_a_structure_for_ones_own_data(desk: &Desk) {
     let text = stdout(&said);
     assert!(said.status.success() && text.contains("times as long"), "{text}");
     // In the window the same by a key, while one draws.
-    let mut window = desk.open(&["sketch", "--copy", &recording("scribble"), "--window", SIZE]);
+    let mut window = desk.open(&["sketch", &recording("scribble"), "--window", SIZE]);
     window.key("F2");
     window.key("i");
     window.until_last("another index", |frame| frame["index"] != "osp");

@@ -37,8 +37,10 @@ fn viewports_of_one_monitor_show_screens_and_eyes() {
         "(monitor: \"1\", viewport: (0, 0, 0.5, 1))",
         "(monitor: \"1\", viewport: (0.5, 0, 0.5, 1))",
     );
-    let arguments = ["sketch", "--rig", &rig, "--test-pattern", "--window", "700x500"];
-    let mut window = desk.open(&arguments);
+    let mut window = desk.open(&["sketch", "--rig", &rig, "--window", "700x500"]);
+    window.settle();
+    // The switch of the test pattern, in the panel of the room.
+    window.click(170, 439);
     window.settle();
     let walls = desk.windows("osp wall: ");
     let [([0, 0, 1400, 1000], title)] = &walls[..] else {

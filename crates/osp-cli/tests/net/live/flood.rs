@@ -4,7 +4,7 @@ use std::{fs, path::Path, time::Duration};
 
 use osp::glam::{Quat, Vec3};
 use osp_app::{Command, Studio};
-use osp_net::live::{Link, LinkOptions, ME, Role, Who};
+use osp_net::live::{Link, ME, Role, Who};
 use osp_session::recording::{Author, Event, NormalRule, StrokeId, Tool};
 use osp_testkit::wait_until;
 
@@ -43,8 +43,8 @@ fn flood() -> Vec<Event> {
 fn send(server: &Server, windows: &[&Window]) -> u64 {
     let known = windows[0].live().status().counts.events;
     let who = Who { name: "Bob".to_owned(), color: None };
-    let options = LinkOptions { role: Role::Author(who), certificates: None };
-    let bob = Link::open(&server.session("house").parse().expect("an address"), &options, || {});
+    let address = server.session("house").parse().expect("an address");
+    let bob = Link::open(&address, &Role::Author(who), || {});
     let bob = bob.expect("a thread");
     wait_until("an author", || bob.news().is_ok() && bob.status().author.is_some());
     let events = flood();

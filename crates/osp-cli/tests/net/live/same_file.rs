@@ -2,8 +2,8 @@
 
 use std::{fs, path::Path};
 
-use osp_app::{Autosaves, Live, Session, Studio, Unjoined};
-use osp_net::live::{Address, LinkOptions, Role, Who};
+use osp_app::{Autosaves, Live, Studio, Unjoined};
+use osp_net::live::{Address, Role, Who};
 use osp_rivals::IndexKind;
 use osp_session::recording::{Event, Limits, OpenOptions};
 
@@ -12,20 +12,24 @@ use super::{
     sketch::{Window, have_all, saved, until},
 };
 
-/// Joins with this file; why not.
-fn join_in(server: &Server, session: &str, name: &str, path: &Path) -> Result<Window, String> {
+/// Joins with this file, and the remarks about it; why not.
+fn join(server: &Server, session: &str, name: &str, path: &Path) -> Result<(Window, Vec<String>), String> {
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
     let unjoined = Unjoined::open(path, session, &autosaves, Limits::DEFAULT);
     let (unjoined, opened) = unjoined.map_err(|error| error.to_string())?;
-    assert!(opened.remarks.is_empty(), "{:?}", opened.remarks);
     let address: Address = server.session(session).parse().expect("an address");
     let role = Role::Author(Who { name: name.to_owned(), color: None });
-    let options = LinkOptions { role, certificates: None };
-    let shared = Live::join(&address, &options, &autosaves).expect("a thread");
-    let joined: Session = unjoined.join(shared);
+    let joined = unjoined.join(Live::join(&address, &role, &autosaves).expect("a thread"));
     let studio = Studio::new(joined, autosaves, IndexKind::Osp);
-    Ok(Window { studio, folder })
+    Ok((Window { studio, folder }, opened.remarks))
+}
+
+/// The same, where there is nothing to remark.
+fn join_in(server: &Server, session: &str, name: &str, path: &Path) -> Result<Window, String> {
+    let (window, remarks) = join(server, session, name, path)?;
+    assert!(remarks.is_empty(), "{remarks:?}");
+    Ok(window)
 }
 
 fn strokes(count: u64) -> impl Fn(&[&mut Window]) -> bool {
@@ -52,7 +56,8 @@ fn who_comes_back_with_the_same_file_has_what_those_have_who_stayed() {
     bob.draw(-0.2);
     until(&mut [&mut bob, &mut eve], "his stroke", strokes(2));
 
-    let mut ann = join_torn(&server, &path);
+    let (mut ann, remarks) = join(&server, "house", "Ann", &path).expect("the file");
+    assert!(remarks[0].contains("the file ends inside this line"), "{remarks:?}");
     assert_eq!(ann.studio.scene().counts().strokes, 1, "what the file has is shown at once");
     until(&mut [&mut ann, &mut bob, &mut eve], "she has his stroke", strokes(2));
     ann.draw(0.4);
@@ -69,20 +74,6 @@ fn who_comes_back_with_the_same_file_has_what_those_have_who_stayed() {
     let came_back = fs::read(&path).expect("the file");
     assert!(stayed == came_back, "{} and {} bytes", stayed.len(), came_back.len());
     assert!(came_back.starts_with(&left));
-}
-
-/// Whose last line is cut off, which is said.
-fn join_torn(server: &Server, path: &Path) -> Window {
-    let folder = tempfile::tempdir().expect("a folder");
-    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let (unjoined, opened) = Unjoined::open(path, "house", &autosaves, Limits::DEFAULT).expect("the file");
-    assert!(opened.remarks[0].contains("the file ends inside this line"), "{:?}", opened.remarks);
-    let address: Address = server.session("house").parse().expect("an address");
-    let role = Role::Author(Who { name: "Ann".to_owned(), color: None });
-    let shared = Live::join(&address, &LinkOptions { role, certificates: None }, &autosaves);
-    let joined = unjoined.join(shared.expect("a thread"));
-    let studio = Studio::new(joined, autosaves, IndexKind::Osp);
-    Window { studio, folder }
 }
 
 #[test]

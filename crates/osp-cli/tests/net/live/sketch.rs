@@ -7,7 +7,7 @@ use std::{
 
 use osp::glam::Vec2;
 use osp_app::{Autosaves, Button, Command, Held, Input, LayerEdit, Live, Session, Studio, ToolChoice};
-use osp_net::live::{Address, LinkOptions, Role, Who};
+use osp_net::live::{Address, Role, Who};
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Event, OpenOptions, Tool};
 
@@ -27,8 +27,7 @@ impl Window {
         let folder = tempfile::tempdir().expect("a folder");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
         let address: Address = server.session("house").parse().expect("an address");
-        let options = LinkOptions { role, certificates: None };
-        let shared = Live::join(&address, &options, &autosaves).expect("a thread");
+        let shared = Live::join(&address, &role, &autosaves).expect("a thread");
         let session = Session::joining(shared, &autosaves).expect("a document");
         let studio = Studio::new(session, autosaves, IndexKind::Osp);
         Self { studio, folder }

@@ -228,27 +228,30 @@ fn an_encrypted_session_is_for_those_who_trust_the_server_and_have_the_word() {
     let Some(server) = Server::with(&settings) else { return };
     let Some(plain) = Server::start() else { return };
     let class = recording("class.ron");
-    let join =
-        |file: &str, address: &str, args: &[&str]| Member::join(folder.path(), file, address, args).end();
     let at = |scheme: &str, who: &str, port: u16| format!("{scheme}://{who}127.0.0.1:{port}/class");
-    let args =
-        ["--play", &class, "--play-author", "1", "--speed", "10", "--name", "Ann", "--tls-ca", &certificate];
-    let ann = Member::join(folder.path(), "ann.ron", &at("tls", "a%20word@", server.port), &args).end_well();
-    let args = ["--watch", "--until-empty", "--tls-ca", &certificate];
-    let bob = Member::join(folder.path(), "bob.ron", &at("tls", "a%20word@", server.port), &args).end_well();
+    let trusted = format!("SSL_CERT_FILE={certificate}");
+    let trusting = |file: &str, address: &str, args: &[&str]| {
+        Member::run(&["env", &trusted, OSP.0], folder.path(), file, address, args)
+    };
+    let (own, watch) = (at("tls", "a%20word@", server.port), ["--watch"]);
+    let args = ["--play", &class, "--play-author", "1", "--speed", "10", "--name", "Ann"];
+    let ann = trusting("ann.ron", &own, &args).end_well();
+    let bob = trusting("bob.ron", &own, &["--watch", "--until-empty"]).end_well();
     assert_same(&[ann, bob]);
     let refused = [
-        (at("tls", "another@", server.port), Some(&certificate), "the server does not let us in"),
-        (at("tls", "a%20word@", server.port), None, "no encrypted connection"),
-        (at("tls", "a%20word@", plain.port), Some(&certificate), "no encrypted connection"),
+        (trusting("a.ron", &at("tls", "another@", server.port), &watch), "the server does not let us in"),
+        (Member::join(folder.path(), "b.ron", &own, &watch), "no encrypted connection"),
+        (trusting("c.ron", &at("tls", "a%20word@", plain.port), &watch), "no encrypted connection"),
         // A server that wants it encrypted gets it so, also from who has not asked.
-        (at("nats", "a%20word@", server.port), None, "no encrypted connection"),
+        (
+            Member::join(folder.path(), "d.ron", &at("nats", "a%20word@", server.port), &watch),
+            "no encrypted connection",
+        ),
     ];
-    for (address, trusted, expected) in refused {
-        let trust = trusted.map_or(Vec::new(), |trusted| vec!["--tls-ca", trusted]);
-        let ended = join("refused.ron", &address, &[&["--watch"], &trust[..]].concat());
-        assert_eq!(ended.code, Some(2), "{address}: {}", ended.said);
-        assert!(ended.said.contains(expected), "{address}: {}", ended.said);
+    for (member, expected) in refused {
+        let ended = member.end();
+        assert_eq!(ended.code, Some(2), "{expected}: {}", ended.said);
+        assert!(ended.said.contains(expected), "{expected}: {}", ended.said);
     }
 }
 

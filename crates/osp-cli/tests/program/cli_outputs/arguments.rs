@@ -200,7 +200,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
     if cfg!(feature = "window") {
         cases.extend([
             (&["replay", "a.ron", "--window", "--trace", "a.ron"][..], "an input"),
-            (&["sketch", "a.ron", "--trace", "old"], "old: exists already; --force"),
+            (&["sketch", "a.ron", "--trace", "old"], "old: exists already"),
             (&["sketch", "new.ron", "--trace", "new.ron"], "an input"),
         ]);
     }

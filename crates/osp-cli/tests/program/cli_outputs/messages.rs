@@ -31,7 +31,6 @@ fn no_part_of_a_message_is_told_twice() {
     if cfg!(feature = "live") {
         cases.push(vec!["join", "nowhere"]);
         cases.push(vec!["join", "nats://127.0.0.1:1/x", "--credentials", "none"]);
-        cases.push(vec!["join", "nats://127.0.0.1:1/x", "--tls-ca", "none"]);
         cases.push(vec!["join", "nats://127.0.0.1:1/x", "--play", "bad.ron"]);
         cases.push(vec!["join", "nats://127.0.0.1:1/x", "none/o.ron"]);
     }
