@@ -80,8 +80,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     for (cell, groups) in bake(&baker, &scene, &ids, &cells, args) {
         pvs.set_cell(cell, &groups);
     }
-    output.check()?;
-    pvs.write(output.path())?;
+    output.write_by(|file| pvs.write_to(file))?;
     print_result(&format!(
         "{}: {} cells of {:.2} m, {} samples each, {} polygons; a set holds {:.1} % of the groups on average; {} in memory; {:.1} s",
         one_line(&args.out.to_string_lossy()),

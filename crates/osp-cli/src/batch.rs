@@ -85,9 +85,7 @@ impl Batch {
                 |session: &mut PathBuf| !named_ones.contains(session.as_path()) && lies_in(session, out);
             left_out.extend(found.extract_if(.., is_output));
         }
-        let many = found.len();
-        found.retain(|session| !has_ending(session, ending));
-        let same = many - found.len();
+        let same: Vec<PathBuf> = found.extract_if(.., |session| has_ending(session, ending)).collect();
         // Skips models that osp wrote into the folder of their session.
         let models: HashSet<PathBuf> =
             found.iter().flat_map(|session| [named(session, ".glb"), with(session, ".glb")]).collect();
@@ -123,15 +121,25 @@ impl Batch {
                 );
             }
         }
-        let read: HashSet<PathBuf> = jobs.iter().filter_map(|job| job.source.canonicalize().ok()).collect();
-        let is_read = |job: &&Job| job.target.canonicalize().is_ok_and(|target| read.contains(&target));
-        if let Some(job) = jobs.iter().find(is_read).filter(|_| force) {
-            bail!("{}: this target is a link to an input", job.target.display());
-        }
+        let named_too = same.iter().filter(|session| named_ones.contains(session.as_path()));
+        let sources = jobs.iter().map(|job| &job.source);
+        let read: HashSet<PathBuf> =
+            sources.chain(named_too).filter_map(|path| path.canonicalize().ok()).collect();
         let all = jobs.len();
         jobs.retain(|job| force || !is_finished(job));
         jobs.iter_mut().for_each(|job| job.replaces |= is_made(&job.target));
-        Ok(Self { finished: all - jobs.len(), jobs, same })
+        let mut written = HashSet::new();
+        for Job { target, replaces, .. } in &jobs {
+            // A link leads to its file.
+            let Ok(file) = target.canonicalize() else { continue };
+            if *replaces && read.contains(&file) {
+                bail!("{}: is an input, too; an output must be another file", target.display());
+            }
+            if !written.insert(file) {
+                bail!("{}: is a link to the target of another session", target.display());
+            }
+        }
+        Ok(Self { finished: all - jobs.len(), jobs, same: same.len() })
     }
 
     /// Does the work on `threads` threads. Each thread creates its own worker, which returns the remarks on a job.
@@ -179,9 +187,10 @@ impl Batch {
             warn(&format!("error: {}", of_session(&self.jobs[*at], error)));
         }
         let (many, failed) = (self.jobs.len() + self.finished, errors.len());
+        let again = if self.finished > 0 { " (--force makes them again)" } else { "" };
         let same = if self.same > 0 { format!(", {} are {kind} already", self.same) } else { String::new() };
         print_result(&format!(
-            "{many} sessions: {} {done} now, {} before, {failed} failed{same}",
+            "{many} sessions: {} {done} now, {} before{again}, {failed} failed{same}",
             self.jobs.len() - failed,
             self.finished
         ))?;

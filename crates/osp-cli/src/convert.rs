@@ -1,6 +1,9 @@
 //! `osp convert`: writes sessions, or folders of them, in another format.
 
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -18,7 +21,7 @@ use super::{
 use osp_lab::report::thousands;
 use osp_session::{
     export::{KeptStrokes, Objects, write_tilt},
-    recording::import::tilt_thumbnail,
+    recording::import::{tilt_other_members, tilt_thumbnail},
 };
 
 /// Convert a session, or all sessions in folders, to another format.
@@ -80,6 +83,9 @@ impl Format {
 pub(super) fn run(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let Some(format) = args.to else { return one(args) };
     check(args, format)?;
+    if args.paths.iter().any(|path| path == Path::new("-")) {
+        bail!("-: standard input has no name for its target; expected `osp convert - OUT`");
+    }
     let batch = Batch::plan(&args.paths, args.out.as_deref(), format.ending(), args.force.force)?;
     batch.run(every_core(), ["converted", format.ending()], || {
         Ok(|job: &Job| Ok(converted(args, job, format)?.remarks))
@@ -141,13 +147,22 @@ fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Mode
     }
     // Copies the thumbnail of a .tilt. Sessions of other formats have none.
     let thumbnail = tilt_thumbnail(&job.source);
+    let mut lost: Vec<String> = tilt_other_members(&job.source)
+        .into_iter()
+        .map(|name| format!("{name} is no part of a sketch that osp knows, and is left out"))
+        .collect();
+    if session.format == "tilt" && !job.source.is_file() && !job.source.is_dir() {
+        lost.push("a sketch from a pipe loses its thumbnail; name its file to keep it".to_owned());
+    }
     let mut file = output.create()?;
     let named = || output.path().display().to_string();
-    let counts = write_tilt(&kept, &session.header, thumbnail.as_deref(), &mut file).with_context(named)?;
+    let counts =
+        write_tilt(&mut kept, &session.header, thumbnail.as_deref(), &mut file).with_context(named)?;
     file.flush().with_context(named)?;
     let bytes = output.commit(file)?;
     let line = format!("{} strokes, {} points", thousands(counts.strokes), thousands(counts.points));
-    Ok(model(&session, line, bytes, counts.notes))
+    lost.extend(counts.notes);
+    Ok(model(&session, line, bytes, lost))
 }
 
 fn model(session: &OpenSession, line: String, bytes: Option<u64>, mut remarks: Vec<String>) -> Model {

@@ -93,6 +93,13 @@ impl Outputs {
             check_new_output(&path, &[], self.force, &self.inputs, &[]).map(drop).map_err(in_words)
         })
     }
+
+    /// Writes a picture whose path was checked before it was drawn.
+    #[cfg(feature = "render")]
+    pub(super) fn write_picture(&self, path: &Path, image: &osp_render::Image) -> anyhow::Result<()> {
+        let output = Output { path: path.to_owned(), endings: &[], force: self.force };
+        output.write_by(|file| image.write_png_to(file))
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -143,8 +150,16 @@ impl Output {
     /// Writes the whole file.
     #[cfg(feature = "bench")]
     pub(super) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
+        self.write_by(|file| file.write_all(bytes))
+    }
+
+    /// Writes the whole file by a function.
+    pub(super) fn write_by(
+        &self,
+        write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
+    ) -> anyhow::Result<()> {
         let mut file = self.create()?;
-        io::Write::write_all(&mut file, bytes).map_err(|error| self.failed(&error))?;
+        write(&mut file).map_err(|error| self.failed(&error))?;
         self.commit(file).map(drop)
     }
 

@@ -186,14 +186,14 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             for ((shown, view), ids) in seen.iter().zip(pipeline.draw_lists()) {
                 if let Some(trials) = &mut trials {
                     let (figures, image) = trials.draw(moment.frame, scene, view, ids)?;
-                    image.write_png(&shown.path(&wanted.path(args, moment.frame)))?;
+                    outputs.write_picture(&shown.path(&wanted.path(args, moment.frame)), &image)?;
                     print_result(&if args.json { figures.json()? } else { figures.table() })?;
                     continue;
                 }
                 if let Some(pictures) = &mut by_painter {
                     let compared = pictures.draw(scene, view, ids)?;
                     let path = shown.path(&wanted.path(args, moment.frame));
-                    pictures.image()?.write_png(&path)?;
+                    outputs.write_picture(&path, &pictures.image()?)?;
                     print_result(&compared.line(moment.frame, &path))?;
                     if args.check && !compared.is_explained() {
                         outcome = Outcome::CheckFailed;
@@ -232,7 +232,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 }
                 let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
                 let path = shown.path(&wanted.path(args, moment.frame));
-                image.write_png(&path)?;
+                outputs.write_picture(&path, &image)?;
                 let mut line = line(moment.frame, scene, ids, &times, &path);
                 if is_coarse {
                     line += &format!("; {} after merging", thousands(times.listed));

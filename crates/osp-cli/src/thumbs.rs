@@ -35,6 +35,9 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     read?;
     let ReadSession { header, summary, end, direction_to_artist, .. } = read_session;
     let scene = end.scene;
+    if scene.visible_count() == 0 {
+        bail!("nothing was drawn in this session");
+    }
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
     drawer.renderer.set_environment(header.environment.as_deref());
@@ -44,7 +47,7 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let polygons: VisibleBlocks = scene.visible_ids().collect();
     let view = still_view(&scene, &summary.bounds, header.camera, direction_to_artist, drawer.aspect());
     drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
-    output.check()?;
-    drawer.image()?.write_png(output.path())?;
+    let image = drawer.image()?;
+    output.write_by(|file| image.write_png_to(file))?;
     Ok(session.notes().warnings.clone())
 }

@@ -92,7 +92,9 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
                 if begins_like_session(path) {
                     found.push(path.to_owned());
                 }
-            } else if let Some(what) = not_followed(path) {
+            } else if entry.depth() > 0
+                && let Some(what) = not_followed(path)
+            {
                 warn(&format!("warning: {}: {what} is skipped; name it to include it", path.display()));
             }
         }

@@ -80,20 +80,22 @@ impl Image {
         pixels.filter(|pixel| Some(*pixel) != first).count()
     }
 
-    /// Writes the picture as PNG. The file is written completely or not at all.
+    /// Writes the picture as PNG to a file, which is replaced if it exists. The file is written completely or not at all.
     pub fn write_png(&self, path: &Path) -> Result<(), RenderError> {
-        let write = |out: &mut dyn io::Write| {
-            let mut encoder = png::Encoder::new(out, self.width, self.height);
-            encoder.set_color(png::ColorType::Rgba);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-            // By this `osp thumbs` knows its own pictures.
-            encoder.add_text_chunk("Software".to_owned(), "osp".to_owned())?;
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&self.rgba)?;
-            Ok(writer.finish()?)
-        };
-        write_atomically(path, write)
+        write_atomically(path, |out| self.write_png_to(out))
             .map_err(|error| RenderError::Write { path: path.to_owned(), reason: error.to_string() })
+    }
+
+    /// Writes the picture as PNG.
+    pub fn write_png_to(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        let mut encoder = png::Encoder::new(out, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        // By this `osp thumbs` knows its own pictures.
+        encoder.add_text_chunk("Software".to_owned(), "osp".to_owned())?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.rgba)?;
+        Ok(writer.finish()?)
     }
 }

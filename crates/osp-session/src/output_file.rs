@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::{
     atomic_file::{AtomicFile, Destination},
     platform::fs::{self, File, Identity, Metadata, has_ending},
+    recording::import::files_beside,
 };
 
 #[derive(Debug, Error)]
@@ -61,7 +62,14 @@ pub fn check_new_output(
     // Standard output may lead to a file that is an input.
     let place = if path == Path::new("-") && cfg!(unix) { Path::new("/dev/stdout") } else { path };
     for input in inputs {
-        if is_same_file(place, input) {
+        let is_read = match input == Path::new("-") {
+            // Standard input may come from a file.
+            true => Path::new("/dev/stdin").is_file() && is_same_file(place, Path::new("/dev/stdin")),
+            false => {
+                is_same_file(place, input) || files_beside(input).iter().any(|file| is_same_file(place, file))
+            }
+        };
+        if is_read {
             return Err(OutputError::Input { path: owned() });
         }
         if input.is_dir() && lies_in(place, input) {

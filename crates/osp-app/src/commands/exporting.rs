@@ -58,8 +58,8 @@ impl Studio {
         let thumbnail = self.session.original().and_then(tilt_thumbnail);
         self.write_in_background(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
-            let strokes = found.ok_or(ExportError::Cancelled)?;
-            let counts = write_tilt(&strokes, &header, thumbnail.as_deref(), file)?;
+            let mut strokes = found.ok_or(ExportError::Cancelled)?;
+            let counts = write_tilt(&mut strokes, &header, thumbnail.as_deref(), file)?;
             Ok((count, Exported::Sketch(counts)))
         });
     }

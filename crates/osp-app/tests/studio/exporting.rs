@@ -20,7 +20,7 @@ fn converted(session: &Path) -> Vec<u8> {
     let header = session.header.clone();
     let (mut kept, mut bytes) = (KeptStrokes::default(), Vec::new());
     session.by_ref().for_each(|event| kept.note(&event.expect("an event")));
-    write_tilt(&kept, &header, None, &mut bytes).expect("memory");
+    write_tilt(&mut kept, &header, None, &mut bytes).expect("memory");
     bytes
 }
 

@@ -38,21 +38,42 @@ pub struct KeptStrokes {
     pub(super) scene: Scene,
     strokes: Vec<KeptStroke>,
     places: HashMap<StrokeId, usize>,
+    /// Edits that the scene does not have yet. Applied together they cost one visit of each stroke.
+    edits: Vec<Event>,
+    /// Whether one of them may end a stroke.
+    may_end_strokes: bool,
     pub(super) heads: u64,
 }
+
+/// Largest number of [`KeptStrokes::edits`].
+const MOST_EDITS: usize = 1 << 16;
 
 impl KeptStrokes {
     pub fn note(&mut self, event: &Event) {
         match event {
             Event::Point { t, stroke, p, q, pressure } => {
+                if self.may_end_strokes {
+                    self.settle();
+                }
                 let is_open = self.scene.stroke(*stroke).is_some_and(|stroke| stroke.is_open());
                 if let Some(&at) = self.places.get(stroke).filter(|_| is_open) {
                     self.strokes[at].points.push(KeptPoint { t: *t, p: *p, q: *q, pressure: *pressure });
                 }
                 return;
             }
-            Event::Head { .. } => self.heads += 1,
-            _ => {}
+            Event::Head { .. } => {
+                self.heads += 1;
+                return;
+            }
+            Event::Begin { .. } => self.settle(),
+            _ => {
+                self.edits.push(event.clone());
+                self.may_end_strokes |= !matches!(event, Event::Place { .. } | Event::Move { .. });
+                if self.edits.len() == MOST_EDITS {
+                    self.settle();
+                }
+                return;
+            }
         }
         let ignored = self.scene.counts().ignored_events;
         self.scene.apply(event, &mut Vec::new());
@@ -71,6 +92,13 @@ impl KeptStrokes {
                 points: Vec::new(),
             });
         }
+    }
+
+    /// Applies the last edits.
+    pub(super) fn settle(&mut self) {
+        self.scene.apply_all(&self.edits, &mut Vec::new());
+        self.edits.clear();
+        self.may_end_strokes = false;
     }
 
     /// The strokes that are neither erased nor undone, in the order of their beginnings. Hidden strokes are included.

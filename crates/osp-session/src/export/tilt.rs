@@ -50,11 +50,13 @@ pub struct TiltCounts {
 /// # Errors
 /// The output fails, or the sketch does not fit the format.
 pub fn write_tilt(
-    kept: &KeptStrokes,
+    kept: &mut KeptStrokes,
     header: &Header,
     thumbnail: Option<&[u8]>,
     mut out: impl Write,
 ) -> Result<TiltCounts, ExportError> {
+    kept.settle();
+    let kept = &*kept;
     let mut counts = TiltCounts::default();
     let mut stand_ins = BTreeMap::<&str, u64>::new();
     let (mut lost, mut opaque, mut out_of_time, mut unextended) = (0, 0, 0, 0);

@@ -23,7 +23,7 @@ fn written(folder: &Path, name: &str, header: &Header, events: &[Event]) -> (Pat
     let mut kept = KeptStrokes::default();
     events.iter().for_each(|event| kept.note(event));
     let mut bytes = Vec::new();
-    let counts = write_tilt(&kept, header, Some(b"PNG"), &mut bytes).unwrap();
+    let counts = write_tilt(&mut kept, header, Some(b"PNG"), &mut bytes).unwrap();
     (write(folder, name, &bytes), counts)
 }
 

@@ -316,3 +316,33 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     }
     assert_eq!(names(folder.path()), ["a.ron", "a.tilt"]);
 }
+
+#[test]
+fn what_is_named_or_linked_is_replaced_by_no_target() {
+    let folder = temp();
+    let at = |name: &str| folder.path().join(name);
+    write_session(folder.path(), "a.ron");
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
+    let before = fs::read(at("a.ron")).expect("a file");
+    let named = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt", "--to", "ron", "--force"]);
+    assert_refused(&named, &["a.ron: is an input, too"]);
+    assert_eq!(fs::read(at("a.ron")).expect("a file"), before);
+    // Two targets lead to one file.
+    fs::create_dir(at("in")).expect("made");
+    for name in ["b.ron", "c.ron"] {
+        write_session(&at("in"), name);
+    }
+    fs::write(at("in/b.glb"), "another program's").expect("written");
+    std::os::unix::fs::symlink("b.glb", at("in/c.glb")).expect("linked");
+    let linked = OSP.run_in(folder.path(), ["convert", "in", "--to", "glb", "--force"]);
+    assert_refused(&linked, &["c.glb: is a link to the target of another session"]);
+    assert_refused(
+        &OSP.run_in(folder.path(), ["convert", "-", "--to", "tilt"]),
+        &["-: standard input has no name"],
+    );
+    // A named link to a folder is followed without a warning.
+    std::os::unix::fs::symlink("in", at("link")).expect("linked");
+    fs::remove_file(at("in/c.glb")).expect("removed");
+    let output = OSP.run_in(folder.path(), ["convert", "link", "--to", "tilt"]);
+    assert!(output.status.success() && !stderr(&output).contains("link:"), "{}", stderr(&output));
+}

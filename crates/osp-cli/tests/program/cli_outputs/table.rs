@@ -1,7 +1,7 @@
 //! Every command that writes a file: a file that exists needs `--force`, and an input is never an output.
 
 use std::{
-    fs,
+    fs, io,
     os::unix::fs::{PermissionsExt, symlink},
     path::Path,
     process::{Command, Stdio},
@@ -133,23 +133,45 @@ fn a_file_that_exists_needs_force_and_an_input_is_never_an_output() {
 }
 
 #[test]
+fn the_file_behind_standard_input_is_an_input_too() {
+    for (command, out) in ways().into_iter().filter(|(command, _)| command.contains("in.ron")) {
+        let folder = temp();
+        write_session(folder.path(), out);
+        let file = || fs::File::open(folder.path().join(out)).expect("a file");
+        let before = io::read_to_string(file()).expect("text");
+        let words = args(command, out, true)
+            .into_iter()
+            .map(|word| if word == "in.ron" { "-".to_owned() } else { word });
+        let output = OSP.command_in(folder.path(), words).stdin(file()).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(2), "{command} to {out}");
+        assert_eq!(
+            io::read_to_string(file()).expect("text"),
+            before,
+            "{command} to {out}: {}",
+            stderr(&output)
+        );
+    }
+}
+
+#[test]
 fn other_files_of_a_session_are_inputs_too() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("a.tilt")).expect("made");
     fs::write(at("a.tilt/data.sketch"), "").expect("written");
     let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    fs::write(at("b.bin"), corners.map(f32::to_le_bytes).concat()).expect("written");
+    fs::write(at("b.ndjson"), corners.map(f32::to_le_bytes).concat()).expect("written");
     let triangle = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
         "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"bufferViews":[{"buffer":0,"byteLength":36}],
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-        "buffers":[{"uri":"b.bin","byteLength":36}]}"#;
+        "buffers":[{"uri":"b.ndjson","byteLength":36}]}"#;
     fs::write(at("m.gltf"), triangle).expect("written");
     write_session(folder.path(), "in.ron");
     OSP.done_in(folder.path(), ["replay", "in.ron", "--pin", "p.pins"]);
     for (command, out) in [
         ("replay a.tilt --csv @", "a.tilt/data.sketch"),
-        ("replay m.gltf --csv @", "b.bin"),
+        ("replay m.gltf --csv @", "b.ndjson"),
+        ("study m.gltf --out @", "b.ndjson"),
         ("replay in.ron --check p.pins --csv @", "p.pins"),
     ] {
         assert!(!run(folder.path(), command, out, true, "a part of the input"));
