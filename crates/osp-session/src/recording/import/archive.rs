@@ -75,6 +75,10 @@ impl Archive {
         Err(Mismatch::new("a zip archive that is whole", why).at_byte(path, zip_start))
     }
 
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.entries.iter().map(|entry| &*entry.name)
+    }
+
     pub(super) fn find(&self, names: &[&str]) -> Option<&Entry> {
         names.iter().find_map(|name| self.entries.iter().find(|entry| entry.name == *name))
     }

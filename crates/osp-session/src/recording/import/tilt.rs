@@ -85,12 +85,27 @@ pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
             .flatten()
             .and_then(picture);
     }
-    let mut bytes = ByteReader::open(input).ok().filter(|_| path.is_file())?;
+    archive_of(input)?.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok().and_then(picture)
+}
+
+/// The archive of a `.tilt` file; `None` for all else.
+fn archive_of(input: Input<'_>) -> Option<Archive> {
+    let mut bytes = ByteReader::open(input).ok().filter(|_| input.path.is_file())?;
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
     let zip_start = bytes.u16("the length of the head").ok()?;
-    let archive = Archive::open(input, zip_start.into(), false).ok()?;
-    archive.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok().and_then(picture)
+    Archive::open(input, zip_start.into(), false).ok()
+}
+
+/// The names of the files in a `.tilt` that are no part of its sketch.
+pub fn tilt_other_members(path: &Path) -> Vec<String> {
+    let known = |name: &String| {
+        let mut parts = SKETCH_NAMES.iter().chain(&METADATA_NAMES).chain([&THUMBNAIL_NAME]);
+        parts.any(|part| part == name)
+    };
+    let archive = archive_of(Input::on_disk(path));
+    let names = archive.iter().flat_map(Archive::names).map(str::to_owned);
+    names.filter(|name| !known(name)).collect()
 }
 
 /// Whether a folder is an unpacked `.tilt`.
