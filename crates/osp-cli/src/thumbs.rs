@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use anyhow::ensure;
+
 use super::{
     batch::{Batch, Job},
     output::{Outcome, warn},
@@ -35,9 +37,7 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     read?;
     let ReadSession { header, summary, end, direction_to_artist, .. } = read_session;
     let scene = end.scene;
-    if scene.visible_count() == 0 {
-        bail!("nothing was drawn in this session");
-    }
+    ensure!(scene.visible_ids().next().is_some(), "nothing was drawn in this session");
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
     drawer.renderer.set_environment(header.environment.as_deref());
