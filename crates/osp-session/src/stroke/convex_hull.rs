@@ -318,7 +318,7 @@ fn directions() -> &'static [DVec3] {
 mod tests {
     use std::collections::BTreeSet;
 
-    use glam::U8Vec3;
+    use glam::UVec3;
     use proptest::{prelude::*, strategy::Union};
 
     use super::*;
@@ -424,7 +424,7 @@ mod tests {
     fn points() -> impl Strategy<Value = Vec<DVec3>> {
         let within =
             |x: f64, y: f64, z: f64| (-x..x, -y..y, -z..z).prop_map(|(x, y, z)| DVec3::new(x, y, z)).boxed();
-        let grid = (0..4u8, 0..4u8, 0..3u8).prop_map(|p| U8Vec3::from(p).as_dvec3() * 0.1).boxed();
+        let grid = (0..4_u32, 0..4_u32, 0..3_u32).prop_map(|p| UVec3::from(p).as_dvec3() * 0.1).boxed();
         let far_away = within(1.0, 1.0, 1.0).prop_map(|p| p + DVec3::X * 1000.0).boxed();
         let kinds = [grid, within(1.0, 1.0, 1.0), within(1.0, 1.0, 3.0e-6), far_away];
         let mixed = Union::new(kinds.iter().cloned().chain([within(1.0e15, 1.0e15, 1.0e15)])).boxed();
