@@ -70,7 +70,10 @@ fn folders_are_converted_and_continued_and_errors_come_last() {
     fs::write(at("in/bad.ron"), "Header(format: 1)\n").expect("written");
     let output = convert();
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output), "3 sessions: 1 converted now, 2 before, 0 failed\n");
+    assert_eq!(
+        stdout(&output),
+        "3 sessions: 1 converted now, 2 before (--force makes them again), 0 failed\n"
+    );
     assert_eq!(changed(&at("in/out/a.ron.zst")), before);
 
     // A session that changed since is not written over somebody's recording, unless asked.
@@ -97,12 +100,16 @@ fn models_lie_beside_their_sessions_and_no_two_share_a_name() {
     OSP.done_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert_eq!(names(folder.path()), ["a.ron", "a.ron.glb", "a.tilt", "a.tilt.glb", "b.glb", "b.ron"]);
     let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "glb"]);
-    assert_eq!(stdout(&output), "3 sessions: 0 converted now, 3 before, 0 failed, 3 are .glb already\n");
+    assert_eq!(
+        stdout(&output),
+        "3 sessions: 0 converted now, 3 before (--force makes them again), 0 failed, 3 are .glb already\n"
+    );
     // A model that osp made of an older session is made again unasked.
     set_changed(&at("b.ron"), SystemTime::now() + Duration::from_secs(100));
     let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert!(
-        stdout(&output).starts_with("3 sessions: 1 converted now, 2 before, 0 failed"),
+        stdout(&output)
+            .starts_with("3 sessions: 1 converted now, 2 before (--force makes them again), 0 failed"),
         "{}",
         stderr(&output)
     );
@@ -187,7 +194,7 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
         let session = fs::read(write_session(folder.path(), "b.ron")).expect("a session");
         std::os::unix::fs::symlink("b.ron", at("a.glb")).expect("linked");
         let refused = convert(&["b.ron", "--force"]);
-        assert_refused(&refused, &["a.glb: this target is a link to an input"]);
+        assert_refused(&refused, &["a.glb: is an input, too"]);
         assert_eq!(fs::read(at("b.ron")).expect("a session"), session);
         fs::remove_file(at("a.glb")).expect("removed");
         // A pipe would take the model only when somebody reads it.
@@ -240,7 +247,10 @@ fn a_session_of_a_wrong_clock_is_converted_once() {
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
     set_changed(&at("a.ron"), SystemTime::now() + Duration::from_secs(100_000));
-    for expected in ["1 converted now, 0 before, 0 failed", "0 converted now, 1 before, 0 failed"] {
+    for expected in [
+        "1 converted now, 0 before, 0 failed",
+        "0 converted now, 1 before (--force makes them again), 0 failed",
+    ] {
         let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "ron.zst", "--out", "out"]);
         assert_eq!(stdout(&output), format!("1 sessions: {expected}\n"), "{}", stderr(&output));
     }
@@ -270,7 +280,10 @@ fn sessions_among_the_outputs_are_left_out_with_a_warning() {
         "warning: in/best: 1 session in the folder of the outputs is skipped; name it to include it\n"
     );
     let (said, warned) = convert(&["in", "in/best/b.ron"]);
-    assert_eq!((&*said, &*warned), ("2 sessions: 1 converted now, 1 before, 0 failed\n", ""));
+    assert_eq!(
+        (&*said, &*warned),
+        ("2 sessions: 1 converted now, 1 before (--force makes them again), 0 failed\n", "")
+    );
     assert_eq!(names(&at("in/best")), ["a.ron.zst", "b.ron", "best"]);
 }
 
@@ -332,9 +345,10 @@ fn what_is_named_or_linked_is_replaced_by_no_target() {
     for name in ["b.ron", "c.ron"] {
         write_session(&at("in"), name);
     }
-    fs::write(at("in/b.glb"), "another program's").expect("written");
-    std::os::unix::fs::symlink("b.glb", at("in/c.glb")).expect("linked");
-    let linked = OSP.run_in(folder.path(), ["convert", "in", "--to", "glb", "--force"]);
+    fs::create_dir(at("out")).expect("made");
+    fs::write(at("out/b.glb"), "another program's").expect("written");
+    std::os::unix::fs::symlink("b.glb", at("out/c.glb")).expect("linked");
+    let linked = OSP.run_in(folder.path(), ["convert", "in", "--to", "glb", "--out", "out", "--force"]);
     assert_refused(&linked, &["c.glb: is a link to the target of another session"]);
     assert_refused(
         &OSP.run_in(folder.path(), ["convert", "-", "--to", "tilt"]),
@@ -342,7 +356,6 @@ fn what_is_named_or_linked_is_replaced_by_no_target() {
     );
     // A named link to a folder is followed without a warning.
     std::os::unix::fs::symlink("in", at("link")).expect("linked");
-    fs::remove_file(at("in/c.glb")).expect("removed");
     let output = OSP.run_in(folder.path(), ["convert", "link", "--to", "tilt"]);
     assert!(output.status.success() && !stderr(&output).contains("link:"), "{}", stderr(&output));
 }
