@@ -55,7 +55,7 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     fs::remove_file(at("out/whole.png")).expect("removed");
     let output = thumbs();
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output), "2 sessions: 1 drawn now, 1 before, 0 failed\n");
+    assert_eq!(stdout(&output), "2 sessions: 1 drawn now, 1 before (--force makes them again), 0 failed\n");
     // A picture of another program stays, and so does a newer one of osp.
     fs::write(at("out/whole.png"), b"\x89PNG\r\n\x1a\nby hand").expect("written");
     let output = thumbs();
