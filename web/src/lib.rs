@@ -20,7 +20,7 @@ use osp_app::{
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{self, OpenOptions, Pace, RecordingError, open_bytes},
+    recording::{self, Limits, OpenOptions, Pace, RecordingError, open_bytes},
     replay::{CameraChoice, CameraPath, Player, SessionFingerprint, fingerprint_of_frame, summarize},
 };
 use serde_json::json;
@@ -38,7 +38,7 @@ extern "C" {
 pub fn start() -> Result<(), JsError> {
     std::panic::set_hook(Box::new(|panic| osp_panic(&panic.to_string())));
     let autosaves = Autosaves::new(None);
-    let (session, opened) = Session::recover_or_new(&autosaves);
+    let (session, opened) = Session::recover_or_new(&autosaves, Limits::DEFAULT);
     let mut studio = Studio::new(session, autosaves, IndexKind::Osp);
     for remark in opened.remarks {
         studio.show_message(remark);

@@ -114,11 +114,16 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         studio.work_in_background();
         studio.command(Command::OpenAs(path.clone(), how));
         studio.wait_for_work(BEFORE_THE_WINDOW);
-        if let Some(Err(why)) = studio.take_file_outcome() {
+        let refused = match (studio.take_file_outcome(), studio.question()) {
+            (Some(Err(why)), _) => Some(why),
+            (_, Some(Question::Damaged { path, damage })) => {
+                Some(format!("{damage}{}", rescue_of(path).unwrap_or_default()))
+            }
+            _ => None,
+        };
+        if let Some(why) = refused {
+            studio.close()?;
             bail!(why);
-        }
-        if let Some(Question::Damaged { path, damage }) = studio.question() {
-            bail!("{damage}{}", rescue_of(path).unwrap_or_default());
         }
     }
     studio.messages().iter().for_each(|said| warn(said));
