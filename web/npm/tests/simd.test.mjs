@@ -16,12 +16,11 @@ async function modules() {
   return [await load("wasm"), await load("wasm-scalar")];
 }
 
-/** An index and a depth buffer of one module, with as little as possible around them. */
+/** An index of one module, with as little as possible around them. */
 class Side {
   constructor(module) {
     this.module = module;
     this.index = new module.Index(0, 0, 0, 40, 0);
-    this.depth = new module.Depth(512, 288);
   }
 
   write(target, floats, ids, numbers) {
@@ -63,7 +62,7 @@ test("the module with SIMD answers as the one without", async (t) => {
   const next = random(21);
   const point = (size) => [0, 1, 2].map(() => (next() - 0.5) * size);
   const known = new Set();
-  let [seen, hidden] = [0, 0];
+  let seen = 0;
   for (let round = 0; round < 150; round++) {
     // Strokes of neighbouring numbers, and numbers from everywhere; some of the boxes go, others move.
     const first = Math.floor(next() * 40_000),
@@ -84,11 +83,7 @@ test("the module with SIMD answers as the one without", async (t) => {
 
     for (let view = 0; view < 4; view++) {
       const clip = perspective(point(40), point(40), { fov: 0.2 + 1.5 * next(), near: 0.05, far: 5 + 60 * next() });
-      const inView = both((side) => side.ask("cull", clip, true));
-      seen += inView.length;
-      const corners = Float32Array.from({ length: 9 * 40 }, () => (next() - 0.5) * 40);
-      both((side) => side.write(side.depth, corners, new Uint32Array(40).fill(3), clip).build(true));
-      hidden += inView.length - both((side) => side.ask("cull_behind", clip, true, side.depth)).length;
+      seen += both((side) => side.ask("cull", clip, true)).length;
     }
     const planes = Array.from({ length: 24 }, () => next() - 0.4);
     both((side) => side.ask("cull_planes", planes, 1 + (round % 6)));
@@ -98,5 +93,5 @@ test("the module with SIMD answers as the one without", async (t) => {
     both((side) => side.ask("ray", [...p, ...q, 1e9]));
     both((side) => side.ask("nearest", p, 20));
   }
-  assert.ok(seen > 100_000 && hidden > 1000, `${seen} seen, ${hidden} hidden`);
+  assert.ok(seen > 100_000, `${seen} seen`);
 });
