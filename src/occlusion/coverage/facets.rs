@@ -341,7 +341,7 @@ impl Facets {
         self.picture = Some(picture);
         for shadow in shadows {
             let corners = shadow.corners();
-            // A shadow is cut at the near plane. Its corners there move along their rays to what the picture can show.
+            // The near plane cuts a shadow. A corner on this plane moves along its ray to the picture's nearest depth.
             let eyes = corners.iter().map(|corner| {
                 let eye = raster.in_axes(*corner);
                 if eye.z > 0.0 && eye.z < picture.near {

@@ -119,8 +119,8 @@ impl Facet {
         (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
     }
 
-    /// The ratio of a corner's reciprocal depth to that of the facet's plane at the corner's pixel, at most 1. The slack
-    /// of [`Facet::depths`] exceeds its rounding.
+    /// Divides a corner's reciprocal depth by the plane's at the corner's pixel. The ratio is at most 1. The slack of
+    /// [`Facet::depths`] exceeds the rounding error.
     fn depth_ratio(&self, seen: &Seen, raster: &Raster) -> f64 {
         let at = raster.flat_in_pixels(seen.eye.x / seen.eye.z, seen.eye.y / seen.eye.z);
         let [base, by_x, by_y] = self.plane;

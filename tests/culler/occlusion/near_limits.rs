@@ -146,7 +146,7 @@ fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
     assert_eq!(depth.test_box(&behind).verdict, Verdict::Hidden);
 }
 
-/// A floor below the eye begins behind the eye, so the near plane cuts it. It hides what is below it.
+/// The near plane cuts a floor that begins behind the eye. The floor hides what is below it.
 #[test]
 fn an_occluder_that_the_near_plane_cuts_hides_in_pixels_too() {
     let window = straight(1.0, 0.01);

@@ -53,7 +53,7 @@ impl Allowance {
 }
 
 const OF_SENDER: Limit = Limit { a_second: BYTES_A_SECOND, most: BURST_BYTES };
-/// This member's own limit: half of what the other members accept, because clocks differ.
+/// This member sends at most half of what the other members accept, because clocks differ.
 const OF_MEMBER: Limit = Limit { a_second: BYTES_A_SECOND / 2, most: BURST_BYTES / 2 };
 /// Waiting time that each join uses up, nanoseconds.
 const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
