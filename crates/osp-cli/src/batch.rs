@@ -22,7 +22,7 @@ use super::{
     verify_all::{Part, sessions},
 };
 use osp_session::{
-    output_file::{is_same_file, lies_in},
+    output_file::{OutputError, is_same_file, lies_in},
     platform::fs::has_ending,
     recording::{import::files_beside, looks_like_session},
     small_file::open_regular,
@@ -133,7 +133,7 @@ impl Batch {
             // A link leads to its file.
             let Ok(file) = target.canonicalize() else { continue };
             if *replaces && read.contains(&file) {
-                bail!("{}: is an input, too; an output must be another file", target.display());
+                return Err(OutputError::Input { path: target.clone() }.into());
             }
             if !written.insert(file) {
                 bail!("{}: is a link to the target of another session", target.display());

@@ -11,7 +11,7 @@ use clap::Args;
 use super::output;
 use osp_session::{
     atomic_file::{AtomicFile, Destination},
-    output_file::{OutputError, check_new_output, check_output},
+    output_file::{OutputError, check_new_output, check_output, files_read_with},
 };
 
 /// The option of every command that writes files.
@@ -42,10 +42,10 @@ impl Outputs {
         Self { force, inputs: Vec::new(), outputs: Vec::new() }
     }
 
-    /// Adds files or folders that the command reads.
+    /// Adds files or folders that the command reads, and the other files of these sessions.
     #[must_use]
     pub(super) fn reads<'a>(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
-        self.inputs.extend(paths.into_iter().cloned());
+        self.inputs.extend(paths.into_iter().flat_map(|path| files_read_with(path)));
         self
     }
 

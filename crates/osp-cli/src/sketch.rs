@@ -22,7 +22,7 @@ use osp_app::{
 #[cfg(feature = "live")]
 use osp_app::{Live, Unjoined};
 use osp_rivals::IndexKind;
-use osp_session::output_file::check_new_output;
+use osp_session::output_file::{check_new_output, files_read_with};
 
 /// If reading a session takes longer than this, the window opens while the reading continues, and shows errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
@@ -50,8 +50,8 @@ impl SketchArgs {
             TrackerAddress::File(path) => Some(path.clone()),
             _ => None,
         });
-        let inputs: Vec<PathBuf> =
-            self.file.clone().into_iter().chain(self.rig.file()).chain(tracker).collect();
+        let session = self.file.iter().flat_map(|path| files_read_with(path));
+        let inputs: Vec<PathBuf> = session.chain(self.rig.file()).chain(tracker).collect();
         check_new_output(trace, &[], false, &inputs, &[])?;
         Ok(())
     }

@@ -46,6 +46,11 @@ fn was_read(data: &Metadata) -> bool {
     READ.lock().unwrap_or_else(PoisonError::into_inner).contains(&Identity::of(data))
 }
 
+/// A session's file, and the other files that are read with it. A glTF is read to find them.
+pub fn files_read_with(path: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    [path.to_owned()].into_iter().chain(files_beside(path))
+}
+
 /// Checks a further output before the work begins: it is no input and no other output, it may be written, and its folder is
 /// writable. Returns its destination.
 ///
@@ -65,9 +70,7 @@ pub fn check_new_output(
         let is_read = match input == Path::new("-") {
             // Standard input may come from a file.
             true => Path::new("/dev/stdin").is_file() && is_same_file(place, Path::new("/dev/stdin")),
-            false => {
-                is_same_file(place, input) || files_beside(input).iter().any(|file| is_same_file(place, file))
-            }
+            false => is_same_file(place, input),
         };
         if is_read {
             return Err(OutputError::Input { path: owned() });
