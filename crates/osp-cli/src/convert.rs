@@ -21,7 +21,7 @@ use super::{
 use osp_lab::report::thousands;
 use osp_session::{
     export::{KeptStrokes, Objects, write_tilt},
-    recording::import::{tilt_other_members, tilt_thumbnail},
+    recording::import::{TiltExtras, tilt_extras},
 };
 
 /// Convert a session, or all sessions in folders, to another format.
@@ -146,8 +146,8 @@ fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Mode
         kept.note(&event.map_err(|error| import::explain(&error, args.reading.lenient))?);
     }
     // Copies the thumbnail of a .tilt. Sessions of other formats have none.
-    let thumbnail = tilt_thumbnail(&job.source);
-    let mut lost: Vec<String> = tilt_other_members(&job.source)
+    let TiltExtras { thumbnail, others } = tilt_extras(&job.source);
+    let mut lost: Vec<String> = others
         .into_iter()
         .map(|name| format!("{name} is no part of a sketch that osp knows, and is left out"))
         .collect();

@@ -12,7 +12,7 @@ use crate::{
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
-    recording::import::tilt_thumbnail,
+    recording::import::tilt_extras,
 };
 
 impl Studio {
@@ -55,7 +55,7 @@ impl Studio {
         let header = self.session.header().clone();
         let kind = Kind::Writing { count, of: "events" };
         // A thumbnail that lacks the edits shows at least which sketch it was.
-        let thumbnail = self.session.original().and_then(tilt_thumbnail);
+        let thumbnail = self.session.original().and_then(|path| tilt_extras(path).thumbnail);
         self.write_in_background(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
             let mut strokes = found.ok_or(ExportError::Cancelled)?;

@@ -47,7 +47,7 @@ pub(super) use tilt::open_tilt;
 
 use std::path::Path;
 
-pub use tilt::{tilt_other_members, tilt_thumbnail};
+pub use tilt::{TiltExtras, tilt_extras};
 
 /// The other files that are part of the session at `path`.
 pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {

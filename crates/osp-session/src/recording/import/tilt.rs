@@ -72,20 +72,33 @@ pub(crate) fn open_tilt(input: Input<'_>, options: &OpenOptions) -> Result<Sessi
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
-/// The thumbnail of a `.tilt` file or folder, a PNG. `None` if the path is no `.tilt`, or has no thumbnail of at most
-/// 16 MiB.
-pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
+/// What a `.tilt` has beside its strokes and metadata.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TiltExtras {
+    /// A PNG of at most 16 MiB.
+    pub thumbnail: Option<Vec<u8>>,
+    /// The names of the files that are no part of a sketch. Those of an unpacked sketch are not listed.
+    pub others: Vec<String>,
+}
+
+/// Reads what the `.tilt` file or folder at a path has beside its strokes and metadata. Other files have nothing.
+pub fn tilt_extras(path: &Path) -> TiltExtras {
     let input = Input::on_disk(path);
     let picture = |mut png: ByteReader| png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok();
     if is_tilt_folder(input) {
         let path = path.join(THUMBNAIL_NAME);
-        return path
-            .is_file()
-            .then(|| ByteReader::open(input.beside(&path)).ok())
-            .flatten()
-            .and_then(picture);
+        let file = path.is_file().then(|| ByteReader::open(input.beside(&path)).ok()).flatten();
+        return TiltExtras { thumbnail: file.and_then(picture), others: Vec::new() };
     }
-    archive_of(input)?.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok().and_then(picture)
+    let Some(archive) = archive_of(input) else { return TiltExtras::default() };
+    let is_known = |name: &&str| {
+        let mut parts = SKETCH_NAMES.iter().chain(&METADATA_NAMES).chain([&THUMBNAIL_NAME]);
+        parts.any(|part| part == name)
+    };
+    let others = archive.names().filter(|name| !is_known(name)).map(str::to_owned).collect();
+    let thumbnail =
+        archive.find(&[THUMBNAIL_NAME]).and_then(|entry| entry.read(input, &Limits::DEFAULT).ok());
+    TiltExtras { thumbnail: thumbnail.and_then(picture), others }
 }
 
 /// The archive of a `.tilt` file; `None` for all else.
@@ -95,17 +108,6 @@ fn archive_of(input: Input<'_>) -> Option<Archive> {
     bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
     let zip_start = bytes.u16("the length of the head").ok()?;
     Archive::open(input, zip_start.into(), false).ok()
-}
-
-/// The names of the files in a `.tilt` that are no part of its sketch.
-pub fn tilt_other_members(path: &Path) -> Vec<String> {
-    let known = |name: &String| {
-        let mut parts = SKETCH_NAMES.iter().chain(&METADATA_NAMES).chain([&THUMBNAIL_NAME]);
-        parts.any(|part| part == name)
-    };
-    let archive = archive_of(Input::on_disk(path));
-    let names = archive.iter().flat_map(Archive::names).map(str::to_owned);
-    names.filter(|name| !known(name)).collect()
 }
 
 /// Whether a folder is an unpacked `.tilt`.
