@@ -61,7 +61,7 @@ pub fn run(data: &[u8]) {
 
 fn ask(pvs: &Pvs, model: &Scene, data: &[u8]) {
     let again = scratch::path("b.pvs");
-    pvs.write(&again).expect("written");
+    pvs.write_to(fs::File::create(&again).expect("a file")).expect("written");
     assert_eq!(&Pvs::read(&again, model).expect("what was written is read"), pvs);
     let share = pvs.mean_share();
     assert!((0.0..=1.0).contains(&share), "a share of {share}");

@@ -26,7 +26,6 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::{GROUP, Pvs, ViewCells, fingerprint_of_model, words_of};
 use osp_session::{
-    atomic_file::write_atomically,
     platform::{fs::File, zstd},
     scene::Scene,
     small_file::open_regular,
@@ -120,12 +119,6 @@ fn model_text(polygons: u64, model: u64) -> String {
 }
 
 impl Pvs {
-    /// Writes the sets to a file, which is replaced if it exists.
-    pub fn write(&self, path: &Path) -> Result<(), PvsError> {
-        write_atomically(path, |out| self.write_to(out))
-            .map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
-    }
-
     /// Writes the sets in the form of a file.
     pub fn write_to(&self, out: impl Write) -> io::Result<()> {
         let mut out = Summing { out, sum: Xxh3::new() };

@@ -99,10 +99,8 @@ pub fn sets() -> Vec<Vec<u8>> {
     for cell in 0..cells.len() {
         sets.set_cell(cell, &[0x5A5A_0F0F_3333_8001u64.rotate_left(cell as u32) & ((1 << groups) - 1)]);
     }
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.pvs");
-    sets.write(&path).expect("written");
-    let file = fs::read(&path).expect("the sets");
+    let mut file = Vec::new();
+    sets.write_to(&mut file).expect("memory");
     let content = zstd::decode_all(&file[62..file.len() - 8]).expect("what was packed");
     vec![[&[0], file.as_slice()].concat(), [&[1], &file[26..62], content.as_slice()].concat()]
 }
