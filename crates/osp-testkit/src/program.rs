@@ -28,6 +28,19 @@ impl Program {
         command
     }
 
+    /// [`Self::command_in`] on a machine without a display.
+    pub fn without_display_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Command {
+        let mut command = self.command_in(folder, args);
+        for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            command.env_remove(variable);
+        }
+        command
+    }
+
     /// See [`Self::command_in`].
     pub fn command<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Command {
         self.command_in(ROOT, args)

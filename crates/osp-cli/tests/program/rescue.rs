@@ -42,10 +42,7 @@ fn a_window_draws_on_the_rest() {
     assert!(said.contains("`osp sketch --lenient a.ron` draws on a copy of it"), "{said}");
     // Without a display this is as far as it gets, and nothing is left behind.
     let output = OSP
-        .command_in(folder.path(), ["sketch", "a.ron", "--autosave", "autosaves", "--lenient"])
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
+        .without_display_in(folder.path(), ["sketch", "a.ron", "--autosave", "autosaves", "--lenient"])
         .output()
         .expect("osp");
     let said = stderr(&output);

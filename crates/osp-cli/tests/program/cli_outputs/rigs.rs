@@ -225,8 +225,8 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
     }
     for args in commands {
         let said = |more: &[&str]| {
-            let mut command = OSP.command_in(folder.path(), args.iter().chain(more));
-            command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the program starts")
+            let mut command = OSP.without_display_in(folder.path(), args.iter().chain(more));
+            command.output().expect("the program starts")
         };
         assert_refused(&said(&["--rig", "dual-wal"]), &["`dual-wal`", "desktop, dual-wall, cave4", "a file"]);
         assert_refused(&said(&["--rig", "bad.rig"]), &["bad.rig, line 2"]);
