@@ -1,27 +1,25 @@
 // Three ways to find the boxes in a view: osp-culling, THREE.Frustum over all boxes, and bvh.js, grown box by box or built in one go.
-// All take the same boxes and answer ids in a Uint32Array.
+// All take the same boxes, and find ids.
 
 import { BVH, HybridBuilder } from "bvh.js";
-import { Osp } from "osp-culling";
+import { Culler } from "osp-culling";
 import { Box3, Frustum, Vector3 } from "three";
 
-/** Each: `insert(ids, boxes)` a batch, `cull(clipFromWorld)` the number of ids in `out`. */
+/** Each: `insert(ids, boxes)` a batch, `cull(clipFromWorld)` the ids in view. */
 export function contestants(count) {
-  return [osp(count), threeFrustum(count), grownBvh(count), builtBvh(count)];
+  return [ospCulling(), threeFrustum(count), grownBvh(count), builtBvh(count)];
 }
 
-function osp(count) {
-  const index = new Osp({ rootSize: 20, capacity: count }),
-    out = new Uint32Array(count);
+function ospCulling() {
+  const culler = new Culler();
   return {
     name: "osp-culling",
-    out,
     insert: (ids, boxes) => {
-      index.insert(ids, boxes);
-      index.commit();
+      culler.set(ids, boxes);
+      culler.commit();
     },
     finish: () => {},
-    cull: (clipFromWorld) => index.cullInto(out, clipFromWorld.elements),
+    cull: (clipFromWorld) => culler.cull({ clipFromWorld: clipFromWorld.elements })[0],
   };
 }
 
@@ -31,7 +29,6 @@ function threeFrustum(count) {
     frustum = new Frustum();
   return {
     name: "THREE.Frustum, all boxes",
-    out,
     insert: (ids, numbers) =>
       ids.forEach((id, i) => {
         const [a, b, c, d, e, f] = numbers.subarray(6 * i, 6 * i + 6);
@@ -42,7 +39,7 @@ function threeFrustum(count) {
       frustum.setFromProjectionMatrix(clipFromWorld);
       let found = 0;
       for (let id = 0; id < count; id++) if (frustum.intersectsBox(boxes[id])) out[found++] = id;
-      return found;
+      return out.subarray(0, found);
     },
   };
 }
@@ -58,7 +55,7 @@ function bvhCull(bvh, out) {
   return (clipFromWorld) => {
     found = 0;
     bvh.frustumCulling(clipFromWorld.elements, note);
-    return found;
+    return out.subarray(0, found);
   };
 }
 
@@ -67,7 +64,6 @@ function grownBvh(count) {
     out = new Uint32Array(count);
   return {
     name: "bvh.js, box by box",
-    out,
     insert: (ids, numbers) => ids.forEach((id, i) => bvh.insert(id, bvhBox(numbers, i), 0)),
     finish: () => {},
     cull: bvhCull(bvh, out),
@@ -80,7 +76,6 @@ function builtBvh(count) {
   const all = { ids: [], boxes: [] };
   return {
     name: "bvh.js, built in one go",
-    out,
     insert: (ids, numbers) =>
       ids.forEach((id, i) => {
         all.ids.push(id);

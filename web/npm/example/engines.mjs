@@ -34,7 +34,7 @@ function compareThree() {
     return fillMesh(mesh, mesh.addGeometry(new BoxGeometry()), COUNT);
   };
   const [alone, helped] = [make(), make()];
-  const culler = new BatchedMeshCuller(helped, { rootSize: 20 });
+  const culler = new BatchedMeshCuller(helped);
   const camera = new PerspectiveCamera(60, 16 / 9, 0.1, 30);
   const times = { alone: [], helped: [] };
   for (let frame = -20; frame < FRAMES; frame++) {
@@ -64,7 +64,7 @@ function compareBabylon(count) {
     return { scene, camera, times: [] };
   };
   const both = [make(), make()];
-  new SceneCuller(both[1].scene, { rootSize: 100 });
+  new SceneCuller(both[1].scene);
   for (let frame = -20; frame < FRAMES; frame++) {
     for (const { scene, camera, times } of both) {
       camera.rotation.y = frame / 10;

@@ -30,7 +30,7 @@ function draw(count) {
   const scene = new Scene().add(mesh);
   scene.background = new Color(0x10141c);
   const camera = new PerspectiveCamera(60, 16 / 9, 0.1, 30);
-  const culler = new BatchedMeshCuller(mesh, { rootSize: 20 });
+  const culler = new BatchedMeshCuller(mesh);
   let frame = 0;
   const step = () => {
     fly(camera, frame++, 3600);

@@ -97,8 +97,7 @@ export async function race({ frames = 120, warm = 20, count = COUNT, report = as
     for (let id = 0; id < strokes * PIECES; id++) if (margin(clipFromWorld.elements, boxes, id) >= 0) exact.push(id);
     seen.push(exact.length);
     for (const result of results) {
-      const answer = [...result.contestant.out.subarray(0, result.found)];
-      const { missing, more, isRounding, isOnce } = compare(answer, exact, clipFromWorld.elements, boxes);
+      const { missing, more, isRounding, isOnce } = compare([...result.found], exact, clipFromWorld.elements, boxes);
       result.missing += missing;
       result.more += more;
       result.isRounding &&= isRounding;

@@ -34,7 +34,7 @@ async function run() {
   const mesh = new BatchedMesh(count, 24, 36, new MeshNormalMaterial());
   mesh.sortObjects = false;
   fillMesh(mesh, mesh.addGeometry(new BoxGeometry()), count);
-  const culler = new BatchedMeshCuller(mesh, { rootSize: 20 });
+  const culler = new BatchedMeshCuller(mesh);
   const scene = new Scene().add(mesh);
   scene.background = new Color(0x10141c);
   const camera = new PerspectiveCamera(60, 2, 0.1, 30),

@@ -1,11 +1,5 @@
 import type { Scene } from "@babylonjs/core";
-import type { Numbers, Osp } from "./index.js";
-
-/** Hints for the index, world space. */
-export interface CullerOptions {
-  rootCenter?: Numbers | undefined;
-  rootSize?: number | undefined;
-}
+import type { Culler } from "./index.js";
 
 /**
  * Makes the meshes that a scene's camera may see its candidates (`scene.getActiveMeshCandidates`), so that Babylon.js tests only these.
@@ -18,10 +12,10 @@ export interface CullerOptions {
  */
 export class SceneCuller {
   /** @throws TypeError not a Scene; Error before `init`, and for a scene that has a culler already */
-  constructor(scene: Scene, options?: CullerOptions);
+  constructor(scene: Scene);
 
-  /** The index in world space. The culler chooses the ids. */
-  readonly osp: Osp;
+  /** The boxes of the meshes, world space, with keys of its own. Use it for queries only; do not change it. */
+  readonly boxes: Culler;
   /** Number of candidates of the last frame. */
   readonly candidates: number;
 

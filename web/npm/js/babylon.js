@@ -1,48 +1,45 @@
 // Culls the meshes of a Babylon.js scene. See README.md and babylon.d.ts. It uses no part of Babylon except the scene.
 
-import { Osp } from "./index.js";
-import { roundDown, roundUp } from "./outward.js";
+import { Culler } from "./culler.js";
 
 /** Scenes that have a culler. */
 const TAKEN = new WeakSet();
 
-/** Number of values of a box. */
-const BOX = 6;
+/** The largest number of single precision. */
+const LARGEST = 2 ** 128 - 2 ** 104;
 
 export class SceneCuller {
   #scene;
-  #osp;
+  #boxes;
   #candidatesBefore;
   /** The function that replaces the scene's. */
   #finder = () => (this.#observer === null ? this.#candidatesBefore.call(this.#scene) : this.#find());
   #observer;
-  #ids = new Map();
-  /** Meshes by id. An unused id is a hole. */
-  #meshes = [];
-  #boxes = new Float64Array(0);
-  #isInserted = new Uint8Array(0);
-  /** By id: the last frame in which the mesh was in the scene. */
-  #frameOf = new Uint32Array(0);
+  /**
+   * By mesh: its key; the box that Babylon.js computed for it, double precision; whether that box is in the culler; the last frame in
+   * which the mesh was in the scene.
+   */
+  #known = new Map();
+  #meshes = new Map();
+  #nextKey = 0;
   #frame = 0;
-  #free = [];
   #candidates = { data: [], length: 0 };
   /** Number of candidates of the last frame. */
   #count = 0;
-  #found = new Uint32Array(0);
 
-  constructor(scene, { rootCenter, rootSize } = {}) {
+  constructor(scene) {
     if (typeof scene?.getActiveMeshCandidates !== "function") throw new TypeError("scene: expected a Scene of Babylon.js");
     if (TAKEN.has(scene)) throw new Error("scene: expected one without a SceneCuller; dispose the one that it has first");
     this.#scene = scene;
-    this.#osp = new Osp({ rootCenter, rootSize, capacity: scene.meshes.length });
+    this.#boxes = new Culler();
     this.#observer = scene.onDisposeObservable.add(() => this.dispose());
     this.#candidatesBefore = scene.getActiveMeshCandidates;
     scene.getActiveMeshCandidates = this.#finder;
     TAKEN.add(scene);
   }
 
-  get osp() {
-    return this.#osp;
+  get boxes() {
+    return this.#boxes;
   }
 
   get candidates() {
@@ -57,39 +54,19 @@ export class SceneCuller {
     // If somebody has replaced our function, theirs stays, and ours only calls the original.
     if (this.#scene.getActiveMeshCandidates === this.#finder) this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
     this.#candidates.data.length = 0;
-    this.#osp.free();
+    this.#boxes.free();
   }
 
   #came(mesh) {
-    const id = this.#free.pop() ?? this.#meshes.length;
-    this.#meshes[id] = mesh;
-    this.#ids.set(mesh, id);
-    if (id >= this.#isInserted.length) this.#grow(2 * id + 64);
-    return id;
+    const known = { key: this.#nextKey++, box: new Float64Array(6), isIn: false, frame: 0 };
+    this.#known.set(mesh, known);
+    this.#meshes.set(known.key, mesh);
+    return known;
   }
 
-  #went(mesh, id) {
-    this.#unfile(id);
-    this.#ids.delete(mesh);
-    this.#meshes[id] = undefined;
-    this.#free.push(id);
-  }
-
-  #unfile(id) {
-    if (this.#isInserted[id]) this.#osp.remove(Uint32Array.of(id));
-    this.#isInserted[id] = 0;
-  }
-
-  #grow(length) {
-    const longer = (list, each) => {
-      const copy = new list.constructor(length * each);
-      copy.set(list);
-      return copy;
-    };
-    this.#boxes = longer(this.#boxes, BOX);
-    this.#isInserted = longer(this.#isInserted, 1);
-    this.#frameOf = longer(this.#frameOf, 1);
-    this.#found = longer(this.#found, 1);
+  #takeOut(known) {
+    if (known.isIn) this.#boxes.remove(known.key);
+    known.isIn = false;
   }
 
   /**
@@ -100,19 +77,18 @@ export class SceneCuller {
     const scene = this.#scene,
       candidates = this.#candidates;
     if (scene.skipFrustumClipping || drawsForSeveralEyes(scene.activeCamera)) return this.#all();
-    let always, count;
+    let always, keys;
     try {
       always = this.#follow();
       const depth = scene.getEngine().isNDCHalfZRange ? "webgpu" : "webgl";
-      count = this.#osp.cullInto(this.#found, scene.getTransformMatrix().asArray(), { depth });
+      [keys] = this.#boxes.cull({ clipFromWorld: scene.getTransformMatrix().asArray(), depth });
     } catch (error) {
       // A matrix without an inverse (a canvas without height, a pose that is not finite), or no memory left.
       if (error instanceof RangeError) return this.#all();
       throw error;
     }
-    const ids = this.#found.subarray(0, count).sort();
     candidates.length = 0;
-    for (const id of ids) candidates.data[candidates.length++] = this.#meshes[id];
+    for (const key of keys.sort()) candidates.data[candidates.length++] = this.#meshes.get(key);
     for (const mesh of always) candidates.data[candidates.length++] = mesh;
     candidates.data.length = candidates.length;
     this.#count = candidates.length;
@@ -126,66 +102,46 @@ export class SceneCuller {
   }
 
   /**
-   * Updates the index. Returns the meshes that are not in it. The scene's own list is read, because its observers are notified of a new
-   * mesh only after the frame.
+   * Sets the boxes that have changed. Returns the meshes without a box in the culler. The scene's own list is read, because its observers
+   * are notified of a new mesh only after the frame.
    */
   #follow() {
     const always = [],
-      ids = { came: [], moved: [] };
+      changed = [],
+      boxes = [];
     this.#frame += 1;
     try {
       for (const mesh of this.#scene.meshes) {
-        const id = this.#ids.get(mesh) ?? this.#came(mesh);
-        this.#frameOf[id] = this.#frame;
-        if (isAlwaysAsked(mesh)) this.#unfile(id);
-        else if (this.#isMoved(mesh, id)) (this.#isInserted[id] ? ids.moved : ids.came).push(id);
-        if (!this.#isInserted[id] && ids.came.at(-1) !== id) always.push(mesh);
+        const known = this.#known.get(mesh) ?? this.#came(mesh);
+        known.frame = this.#frame;
+        const box = isAlwaysAsked(mesh) ? null : boxOf(mesh);
+        if (box === null) {
+          this.#takeOut(known);
+          always.push(mesh);
+        } else if (!known.isIn || box.some((v, i) => v !== known.box[i])) {
+          known.box.set(box);
+          changed.push(known);
+          boxes.push(...box);
+        }
       }
-      if (this.#ids.size > this.#scene.meshes.length) {
-        for (const [mesh, id] of this.#ids) if (this.#frameOf[id] !== this.#frame) this.#went(mesh, id);
+      if (this.#known.size > this.#scene.meshes.length) {
+        for (const [mesh, known] of this.#known) if (known.frame !== this.#frame) this.#went(mesh, known);
       }
-      if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
-      if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
+      this.#boxes.set(Uint32Array.from(changed, ({ key }) => key), boxes);
     } catch (error) {
-      // The stored boxes are not those of the index, so the next frame stores them again.
-      for (const id of [...ids.moved, ...ids.came]) this.#boxes[BOX * id] = NaN;
+      // The stored boxes are not those of the culler, so the next frame sets them again.
+      for (const known of changed) known.box[0] = NaN;
       throw error;
     }
-    for (const id of ids.came) this.#isInserted[id] = 1;
-    this.#osp.commit();
+    for (const known of changed) known.isIn = true;
+    this.#boxes.commit();
     return always;
   }
 
-  /** Stores the mesh's box. Returns whether it differs from the one in the index. A mesh without a finite box leaves the index. */
-  #isMoved(mesh, id) {
-    mesh.computeWorldMatrix();
-    const { minimumWorld: low, maximumWorld: high } = mesh.getBoundingInfo().boundingBox;
-    const boxes = this.#boxes,
-      at = BOX * id;
-    const isSame =
-      boxes[at] === low.x &&
-      boxes[at + 1] === low.y &&
-      boxes[at + 2] === low.z &&
-      boxes[at + 3] === high.x &&
-      boxes[at + 4] === high.y &&
-      boxes[at + 5] === high.z;
-    if (isSame && this.#isInserted[id]) return false;
-    const box = [low.x, low.y, low.z, high.x, high.y, high.z];
-    const isFinite = box.every((v) => Number.isFinite(Math.fround(v)));
-    if (!isFinite || low.x > high.x || low.y > high.y || low.z > high.z) {
-      this.#unfile(id);
-      return false;
-    }
-    boxes.set(box, at);
-    return true;
-  }
-
-  #boxesOf(ids) {
-    const boxes = new Float32Array(BOX * ids.length);
-    ids.forEach((id, row) => {
-      for (let i = 0; i < BOX; i++) boxes[BOX * row + i] = (i < 3 ? roundDown : roundUp)(this.#boxes[BOX * id + i]);
-    });
-    return boxes;
+  #went(mesh, known) {
+    this.#takeOut(known);
+    this.#known.delete(mesh);
+    this.#meshes.delete(known.key);
   }
 }
 
@@ -199,3 +155,12 @@ const isAlwaysAsked = (mesh) => mesh.alwaysSelectAsActiveMesh || mesh.infiniteDi
  * one.
  */
 const drawsForSeveralEyes = (camera) => !!camera && (camera.cameraRigMode > 0 || camera.isRigCamera === true);
+
+/** Returns the box of a mesh in the world; null if there is none that is finite in single precision, rounded outwards. */
+function boxOf(mesh) {
+  mesh.computeWorldMatrix();
+  const { minimumWorld: low, maximumWorld: high } = mesh.getBoundingInfo().boundingBox;
+  const box = [low.x, low.y, low.z, high.x, high.y, high.z];
+  const isOne = box.every((v) => Math.abs(v) < LARGEST) && low.x <= high.x && low.y <= high.y && low.z <= high.z;
+  return isOne ? box : null;
+}

@@ -24,19 +24,3 @@ export function number(value, name) {
   if (typeof value !== "number") throw new TypeError(`${name}: expected a number, found ${nameOf(value)}`);
   return value;
 }
-
-/** Checks that there are six numbers for each id. */
-export function boxesOf(ids, boxes) {
-  typed(ids, "Uint32Array", "ids");
-  typed(boxes, "Float32Array", "boxes");
-  if (boxes.length !== 6 * ids.length) {
-    throw new RangeError(`boxes: expected ${6 * ids.length} numbers, six for each of ${ids.length} ids, found ${boxes.length}`);
-  }
-}
-
-/** Whether depth goes from -1 to 1. This is the default, because it includes the range from 0 to 1. */
-export function isWebgl(depth) {
-  if (depth === undefined || depth === "webgl") return true;
-  if (depth === "webgpu") return false;
-  throw new RangeError(`depth: expected "webgl" or "webgpu", found ${String(depth)}`);
-}

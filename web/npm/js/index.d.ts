@@ -29,8 +29,11 @@ export interface Camera {
    * Matrix from world to clip space: sixteen numbers in column-major order, as in three.js, WebGL and WebGPU. Perspective or parallel.
    */
   clipFromWorld: Numbers;
-  /** Default: "webgl". "reversed" is from 1 at the near plane to 0. */
-  depth?: ClipDepth | "reversed" | undefined;
+  /**
+   * Range of depths, from the near plane on: -1 to 1 ("webgl", the default, which includes the others), 0 to 1 ("webgpu"), or 1 to 0
+   * ("reversed").
+   */
+  depth?: "webgl" | "webgpu" | "reversed" | undefined;
   /** Whether objects behind occluders are left out. It has no effect for a parallel projection. */
   hideByOccluders?: boolean | undefined;
   /** Layers that the camera sees, one bit each. Default: all. */
@@ -145,133 +148,3 @@ export function xrCameras(
   options?: Omit<Camera, "clipFromWorld">,
   spaceFromWorld?: Numbers | null,
 ): Camera[];
-
-/** Hints, not limits. */
-export interface OspOptions {
-  /** Centre of a cube around most of the future boxes. Default: 0, 0, 0. */
-  rootCenter?: Numbers | undefined;
-  /** Edge of that cube, in the unit of the boxes. Default: 64. */
-  rootSize?: number | undefined;
-  /** Number of boxes to reserve memory for, about 50 bytes each, at most 2^27. Default: 1024. */
-  capacity?: number | undefined;
-}
-
-/** Range of visible depths of the matrix, after the division by w. */
-export type ClipDepth =
-  /** From -1 to 1. This includes the range of "webgpu", so it is always safe. */
-  | "webgl"
-  /** From 0 to 1 or, reversed, from 1 to 0. */
-  | "webgpu";
-
-export interface CullOptions {
-  /** Default: "webgl". */
-  depth?: ClipDepth | undefined;
-}
-
-/** The first box that a ray enters. */
-export interface Hit {
-  id: number;
-  /** Place of the hit, in lengths of the direction from the origin; 0 from inside. */
-  t: number;
-}
-
-/** Boxes, the nearest first. */
-export interface Nearest {
-  ids: Uint32Array;
-  /** Distance from the point to each box; 0 from inside. */
-  distances: Float32Array;
-}
-
-/**
- * An index of boxes, which can be added, moved and removed at any time; nothing is ever rebuilt. A box is six numbers of a Float32Array:
- * min x, min y, min z, max x, max y, max z, finite, min <= max. You choose the ids: whole numbers below 2^27, best small and without
- * gaps.
- *
- * A batch succeeds as a whole or changes nothing. Results are copies, in no particular order, each id once. After `free` every method
- * throws an Error. Numbers out of range throw a RangeError, other types than these a TypeError; the index is then as it was.
- */
-export class Osp {
-  constructor(options?: OspOptions);
-
-  /** Number of boxes in the index. */
-  readonly size: number;
-  /** Memory of the index in bytes. */
-  readonly bytes: number;
-
-  /**
-   * Inserts boxes: six numbers for each id.
-   * @throws RangeError an id is in the index, given twice or 2^27 and more; a box is not finite or has min > max; no memory is left
-   */
-  insert(ids: Uint32Array, boxes: Float32Array): void;
-  /**
-   * Replaces the boxes of ids that are in the index.
-   * @throws RangeError an id is not in the index or given twice; a box is not finite or has min > max; no memory is left
-   */
-  update(ids: Uint32Array, boxes: Float32Array): void;
-  /**
-   * Removes ids.
-   * @throws RangeError an id is not in the index or given twice
-   */
-  remove(ids: Uint32Array): void;
-  /** Removes everything, but keeps the memory. */
-  clear(): void;
-  /**
-   * Ends the changes of a frame, with a bounded amount of maintenance. A query calls it if you have not.
-   * @throws RangeError other objects have taken the necessary memory since the changes were made; then a query throws this, too
-   */
-  commit(): void;
-
-  /** Whether an id is in the index. */
-  has(id: number): boolean;
-  /** A copy of the box of an id; undefined if there is none. */
-  box(id: number): Float32Array | undefined;
-
-  /**
-   * The boxes that a camera may see: all that have a point in common with the view of the matrix (in double precision), and perhaps a few
-   * near its edges. The matrix is from world to clip space: sixteen numbers in column-major order, as in three.js, WebGL and WebGPU;
-   * perspective or parallel.
-   * @throws RangeError numbers that are not finite, a matrix without an inverse
-   */
-  cull(clipFromWorld: Numbers, options?: CullOptions): Uint32Array;
-  /**
-   * The same as `cull`, into your own array. Returns the number of ids. Room for `osp.size` ids is enough.
-   * @throws RangeError as in `cull`, or there is too little room; then nothing is written
-   */
-  cullInto(out: Uint32Array, clipFromWorld: Numbers, options?: CullOptions): number;
-  /**
-   * The boxes that are not completely behind any of one to six planes, four numbers a, b, c, d each; inside is a x + b y + c z + d >= 0.
-   * Because of rounding, a few more may be found. Their number depends on the largest coordinates so far.
-   * @throws RangeError not one to six planes, numbers that are not finite in single precision
-   */
-  cullPlanes(planes: Numbers): Uint32Array;
-  /** The same as `cullPlanes`, into your own array. Returns the number of ids. */
-  cullPlanesInto(out: Uint32Array, planes: Numbers): number;
-
-  /**
-   * The boxes that have a point in common with the box from `min` to `max`; touching counts.
-   * @throws RangeError numbers that are not finite, min > max
-   */
-  inBox(min: Numbers, max: Numbers): Uint32Array;
-  /**
-   * The boxes that have a point in common with a ball; touching counts.
-   * @throws RangeError a centre that is not finite, a radius that is below 0 or not finite
-   */
-  inSphere(center: Numbers, radius: number): Uint32Array;
-  /**
-   * The first box that a ray enters, at most `tMax` lengths of the direction away, or null. If several are at the same place, it has the
-   * lowest id. Origin and direction are rounded to single precision.
-   * @throws RangeError numbers that are not finite, a direction 0, 0, 0, tMax below 0 or NaN
-   */
-  ray(origin: Numbers, direction: Numbers, tMax?: number): Hit | null;
-  /**
-   * The boxes nearest to a point, at most `count`. Among boxes at the same distance, lower ids come first. The point and the distances
-   * are rounded to single precision.
-   * @throws RangeError a point that is not finite, a count below 0 or NaN
-   */
-  nearest(point: Numbers, count?: number): Nearest;
-
-  /** Frees the memory. Calling this again does nothing. */
-  free(): void;
-  [Symbol.dispose](): void;
-}
-

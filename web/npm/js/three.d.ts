@@ -1,25 +1,19 @@
 import type { BatchedMesh, Camera } from "three";
-import type { Camera as ClipCamera, Numbers, Osp } from "./index.js";
-
-/** Hints for the index, in the space of the mesh. */
-export interface CullerOptions {
-  rootCenter?: Numbers | undefined;
-  rootSize?: number | undefined;
-}
+import type { Camera as ClipCamera, Culler } from "./index.js";
 
 /**
- * Culls the instances of a `BatchedMesh`: it keeps their boxes in an index and sets their visibility in each frame. It tracks
+ * Culls the instances of a `BatchedMesh`: it keeps their boxes in a `Culler` and sets their visibility in each frame. It tracks
  * `addInstance`, `deleteInstance`, `setMatrixAt`, `setGeometryIdAt`, `setGeometryAt`, `deleteGeometry` and `dispose` of this mesh; the
  * mesh itself may move, too. While the culler exists, it controls the visibility of the instances, and three.js does not cull the mesh
  * (`frustumCulled` and `perObjectFrustumCulled` are false).
  */
 export class BatchedMeshCuller {
   /** @throws TypeError not a BatchedMesh; Error before `init`, and for a mesh that has a culler already */
-  constructor(mesh: BatchedMesh, options?: CullerOptions);
+  constructor(mesh: BatchedMesh);
 
-  /** The index, in the space of the mesh, with the ids of the instances. Use it for queries only; do not change it. */
-  readonly osp: Osp;
-  /** The instances that are visible after the last `update`. Valid until the next one. */
+  /** The boxes of the instances in the space of the mesh, with their ids as keys. Use it for queries only; do not change it. */
+  readonly boxes: Culler;
+  /** The instances that are visible after the last `update`. */
   readonly visible: Uint32Array;
 
   /**

@@ -1,16 +1,16 @@
 // Culls the instances of a three.js BatchedMesh. See README.md and three.d.ts.
 
 import { Box3, Matrix4, WebGPUCoordinateSystem } from "three";
-import { Osp } from "./index.js";
+import { Culler } from "./culler.js";
 import { roundDown, roundUp } from "./outward.js";
 
-/** Methods of the mesh that change the contents of the index. They work as before; the culler is only notified. */
+/** Methods of the mesh that change the boxes. They work as before; the culler is only notified. */
 const FOLLOWED = ["addInstance", "deleteInstance", "setMatrixAt", "setGeometryIdAt", "setGeometryAt", "dispose"];
 
 /** Meshes that have a culler. */
 const TAKEN = new WeakSet();
 
-/** State bits of an instance: it is in the mesh; it is in the index; it waits for the index; its visibility is true. */
+/** State bits of an instance: it is in the mesh; it has a box; its box is to be set; its visibility is true. */
 const PRESENT = 1,
   INSERTED = 2,
   CHANGED = 4,
@@ -18,7 +18,7 @@ const PRESENT = 1,
 
 export class BatchedMeshCuller {
   #mesh;
-  #osp;
+  #boxes;
   #before;
   /** By instance: the bits above, and the frame in which it was last in view. */
   #state = new Uint8Array(0);
@@ -26,23 +26,21 @@ export class BatchedMeshCuller {
   #frame = 0;
   /** Instances whose CHANGED is set. */
   #changed = [];
-  /** Instances that came into the index since the last frame. The mesh shows them, in view or not. */
+  /** Instances that came or moved since the last frame. The mesh shows those that came, in view or not. */
   #fresh = [];
   /** By name: the method that replaces the mesh's, and the mesh's own property before that, if any. */
   #followers = new Map();
-  /** Instances that were shown at the end of the last frame, and the result of this one. */
+  /** Instances that are shown since the last frame. */
   #shown = new Uint32Array(0);
-  #shownCount = 0;
-  #found = new Uint32Array(0);
   #clipFromMesh = new Matrix4();
   #box = new Box3();
   #matrix = new Matrix4();
 
-  constructor(mesh, { rootCenter, rootSize } = {}) {
+  constructor(mesh) {
     if (mesh?.isBatchedMesh !== true) throw new TypeError("mesh: expected a BatchedMesh of three.js");
     if (TAKEN.has(mesh)) throw new Error("mesh: expected one without a BatchedMeshCuller; dispose the one that it has first");
     this.#mesh = mesh;
-    this.#osp = new Osp({ rootCenter, rootSize, capacity: mesh.maxInstanceCount });
+    this.#boxes = new Culler();
     this.#before = { perObjectFrustumCulled: mesh.perObjectFrustumCulled, frustumCulled: mesh.frustumCulled };
     mesh.perObjectFrustumCulled = false;
     mesh.frustumCulled = false;
@@ -54,40 +52,29 @@ export class BatchedMeshCuller {
     TAKEN.add(mesh);
   }
 
-  get osp() {
-    return this.#osp;
+  get boxes() {
+    return this.#boxes;
   }
 
   get visible() {
-    return this.#shown.subarray(0, this.#shownCount);
+    return this.#shown;
   }
 
   update(...cameras) {
     this.#file();
-    const mesh = this.#mesh;
-    mesh.updateWorldMatrix(true, false);
-    // All results come first, so that after an exception the state is that of the last frame.
-    const answers = cameras.map((camera) => this.#inViewOf(camera));
+    this.#mesh.updateWorldMatrix(true, false);
+    // The result comes first, so that after an exception the state is that of the last frame.
+    const now = this.#inViewOf(cameras);
     this.#frame += 1;
-    let count = 0;
-    const before = this.#shown,
-      beforeCount = this.#shownCount;
-    const now = this.#found;
-    for (const ids of answers) {
-      for (const id of ids) {
-        if (this.#seen[id] === this.#frame) continue;
-        this.#seen[id] = this.#frame;
-        now[count++] = id;
-        if (!(this.#state[id] & SHOWN)) this.#show(id, true);
-      }
+    for (const id of now) {
+      this.#seen[id] = this.#frame;
+      if (!(this.#state[id] & SHOWN)) this.#show(id, true);
     }
-    for (let i = 0; i < beforeCount; i++) this.#hideUnseen(before[i]);
+    for (const id of this.#shown) this.#hideUnseen(id);
     for (const id of this.#fresh) this.#hideUnseen(id);
     this.#fresh = [];
-    this.#found = before;
     this.#shown = now;
-    this.#shownCount = count;
-    return count;
+    return now.length;
   }
 
   dispose() {
@@ -104,7 +91,7 @@ export class BatchedMeshCuller {
     }
     Object.assign(this.#mesh, this.#before);
     this.#before = null;
-    this.#osp.free();
+    this.#boxes.free();
   }
 
   #follow() {
@@ -165,24 +152,13 @@ export class BatchedMeshCuller {
     };
     this.#state = longer(Uint8Array, this.#state);
     this.#seen = longer(Uint32Array, this.#seen);
-    this.#shown = longer(Uint32Array, this.#shown);
-    this.#found = longer(Uint32Array, this.#found);
   }
 
-  /** Returns the instances in the index that a camera may see, or all of them if its view is unknown. */
-  #inViewOf(camera) {
-    if (camera.clipFromWorld !== undefined) {
-      return this.#inClipOf(this.#clipFromMesh.fromArray(camera.clipFromWorld), camera.depth ?? "webgl");
-    }
-    if (drawsForSeveralEyes(camera)) return this.#allInserted();
-    camera.updateWorldMatrix(true, false);
-    const clipFromWorld = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
-    return this.#inClipOf(clipFromWorld, hasDepthFromZero(camera) ? "webgpu" : "webgl");
-  }
-
-  #inClipOf(clipFromWorld, depth) {
+  /** Returns the instances with a box that one of the cameras may see, or all of them if the view of one is unknown. */
+  #inViewOf(cameras) {
+    if (cameras.some((camera) => camera.clipFromWorld === undefined && drawsForSeveralEyes(camera))) return this.#allInserted();
     try {
-      return this.#osp.cull(clipFromWorld.multiply(this.#mesh.matrixWorld).elements, { depth });
+      return this.#boxes.cullTogether(...cameras.map((camera) => this.#cameraOf(camera)));
     } catch (error) {
       // A matrix without an inverse: a canvas without height, a mesh scaled to nothing, a pose that is not finite.
       if (error instanceof RangeError) return this.#allInserted();
@@ -190,41 +166,44 @@ export class BatchedMeshCuller {
     }
   }
 
-  #allInserted() {
-    const ids = [];
-    for (let id = 0; id < this.#state.length; id++) if (this.#state[id] & INSERTED) ids.push(id);
-    return ids;
+  /** Returns a camera's matrix from the space of the mesh, and its depth. */
+  #cameraOf(camera) {
+    let { clipFromWorld, depth } = camera;
+    if (clipFromWorld === undefined) {
+      camera.updateWorldMatrix(true, false);
+      clipFromWorld = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
+      depth = depthOf(camera);
+    }
+    return { clipFromWorld: this.#clipFromMesh.fromArray(clipFromWorld).multiply(this.#mesh.matrixWorld).toArray(), depth };
   }
 
-  /** Updates the index. After an exception, the rest stays among the changed instances. */
+  #allInserted() {
+    return Uint32Array.from(this.#state.keys()).filter((id) => this.#state[id] & INSERTED);
+  }
+
+  /** Sets the boxes of the changed instances. After an exception, the rest stays among the changed instances. */
   #file() {
-    const most = this.#changed.length;
-    const batchOf = () => ({ count: 0, ids: new Uint32Array(most), boxes: new Float32Array(6 * most) });
-    const came = batchOf(),
-      moved = batchOf(),
+    const ids = new Uint32Array(this.#changed.length),
+      boxes = new Float32Array(6 * ids.length),
       gone = [];
+    let count = 0;
     for (const id of this.#changed) {
-      const state = this.#state[id];
-      const box = state & PRESENT ? this.#boxOf(id) : null;
+      const box = this.#state[id] & PRESENT ? this.#boxOf(id) : null;
       if (box === null) {
-        if (state & INSERTED) gone.push(id);
+        gone.push(id);
         continue;
       }
-      const batch = state & INSERTED ? moved : came;
-      batch.ids[batch.count] = id;
-      batch.boxes.set(box, 6 * batch.count++);
+      ids[count] = id;
+      boxes.set(box, 6 * count++);
     }
-    const ids = (batch) => batch.ids.subarray(0, batch.count);
-    const boxes = (batch) => batch.boxes.subarray(0, 6 * batch.count);
-    if (gone.length > 0) this.#osp.remove(Uint32Array.from(gone));
+    this.#boxes.remove(Uint32Array.from(gone));
     for (const id of gone) this.#state[id] &= ~INSERTED;
-    if (moved.count > 0) this.#osp.update(ids(moved), boxes(moved));
-    if (came.count > 0) this.#osp.insert(ids(came), boxes(came));
-    for (const id of ids(came)) this.#state[id] |= INSERTED;
+    this.#boxes.set(ids.subarray(0, count), boxes.subarray(0, 6 * count));
+    for (const id of ids.subarray(0, count)) this.#state[id] |= INSERTED;
     for (const id of this.#changed) this.#state[id] &= ~CHANGED;
     this.#fresh = this.#fresh.concat(this.#changed);
     this.#changed = [];
-    this.#osp.commit();
+    this.#boxes.commit();
   }
 
   /** Returns the box of an instance in the space of the mesh, rounded outwards; null if there is no finite one. */
@@ -255,7 +234,7 @@ export class BatchedMeshCuller {
     this.#state[id] = isVisible ? this.#state[id] | SHOWN : this.#state[id] & ~SHOWN;
   }
 
-  /** Hides an instance that is in the index but was not found in this frame. */
+  /** Hides an instance that has a box but was not found in this frame. */
   #hideUnseen(id) {
     const isShown = PRESENT | INSERTED | SHOWN;
     if ((this.#state[id] & isShown) === isShown && this.#seen[id] !== this.#frame) this.#show(id, false);
@@ -266,7 +245,8 @@ export class BatchedMeshCuller {
 
 if (Symbol.dispose) BatchedMeshCuller.prototype[Symbol.dispose] = BatchedMeshCuller.prototype.dispose;
 
-const hasDepthFromZero = (camera) => camera.coordinateSystem === WebGPUCoordinateSystem || camera.reversedDepth === true;
+const depthOf = ({ coordinateSystem, reversedDepth }) =>
+  reversedDepth === true ? "reversed" : coordinateSystem === WebGPUCoordinateSystem ? "webgpu" : "webgl";
 
 /**
  * Whether a camera belongs to WebXR, whose poses three.js sets while it draws, or is an array: `matrixWorldInverse` does not cover its

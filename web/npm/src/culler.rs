@@ -9,8 +9,7 @@ use wasm_bindgen::prelude::*;
 
 use crate::{
     refusal::{Outcome, refused},
-    room,
-    scratch::{resize, round_down, round_up},
+    room::{self, resize},
 };
 
 /// Memory that is requested per object before a batch is applied. If this is too small, the module may run out of
@@ -342,6 +341,17 @@ impl Culler {
         self.measure(ray.origin.to_array().into_iter().chain(ray.direction.to_array()));
         Ok(())
     }
+}
+
+/// Returns the smallest `f32` that is not less.
+fn round_up(v: f64) -> f32 {
+    let nearest = v as f32;
+    if f64::from(nearest) < v { nearest.next_up() } else { nearest }
+}
+
+/// Returns the largest `f32` that is not greater.
+fn round_down(v: f64) -> f32 {
+    -round_up(-v)
 }
 
 /// Creates a camera from its sixteen numbers and its options.

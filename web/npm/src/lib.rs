@@ -1,7 +1,7 @@
-//! The WebAssembly inside the npm package `osp-culling`: a culler of objects, and an index of boxes.
+//! The WebAssembly inside the npm package `osp-culling`: a culler of objects.
 //!
 //! ```text
-//! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> culler, index ─> osp
+//! JavaScript (js/culler.js) ─> numbers in memory that Rust owns ─> culler ─> osp
 //! ```
 //!
 //! JavaScript requests room, writes its numbers there, calls a function, and copies the result. It gets the addresses
@@ -9,14 +9,10 @@
 //! nothing.
 
 mod culler;
-mod index;
 mod refusal;
 mod room;
-mod scratch;
-mod views;
 
 pub use culler::Culler;
-pub use index::Index;
 use osp::index::Backend;
 use wasm_bindgen::prelude::*;
 

@@ -3,6 +3,8 @@
 
 use std::cell::Cell;
 
+use crate::refusal::{Outcome, refused};
+
 /// Memory for objects beside their lists, and in reserve. An index grows by chunks of up to 0.7 MB, some of each kind
 /// in one commit.
 const OTHER_BYTES: usize = 4 << 20;
@@ -23,21 +25,22 @@ pub(crate) fn note_taken() {
     ASKED.set(ASKED.get() + 1);
 }
 
-/// Allocates this much memory, and a reserve, if it is available.
-pub(crate) fn take(bytes: usize) -> Option<Vec<u8>> {
-    note_taken();
-    let mut trial = Vec::new();
-    trial.try_reserve_exact(bytes.checked_add(OTHER_BYTES)?).ok()?;
-    Some(trial)
-}
-
 /// Whether this much memory is available, and a reserve.
 pub(crate) fn is_left(bytes: usize) -> bool {
-    take(bytes).is_some()
+    note_taken();
+    bytes.checked_add(OTHER_BYTES).is_some_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
 }
 
-/// Returns the memory of sets of ids up to the highest of these: a bit for each number, in lists that grow by a half,
-/// three at a time.
-pub(crate) fn bytes_of_sets(ids: &[u32]) -> usize {
-    ids.iter().max().map_or(0, |&highest| highest as usize / 2)
+/// Resizes a list. JavaScript overwrites its contents.
+pub(crate) fn resize<T: Clone>(list: &mut Vec<T>, len: usize, blank: T) -> Outcome<()> {
+    list.truncate(len);
+    if list.capacity() < len {
+        note_taken();
+    }
+    if list.try_reserve(len - list.len()).is_err() {
+        *list = Vec::new();
+        return refused("there is no memory left for so many numbers at once");
+    }
+    list.resize(len, blank);
+    Ok(())
 }

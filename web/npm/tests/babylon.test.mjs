@@ -79,7 +79,7 @@ test("the active meshes are those of the scene without the helper", () => {
     seen += found.size;
   }
   assert.ok(seen > 1000 && candidates < 60 * 300 * 0.5, `${seen} seen, ${candidates} candidates`);
-  const size = culler.osp.size;
+  const size = culler.boxes.size;
   assert.ok(size > 200 && size <= scene.meshes.length);
   culler.dispose();
   culler.dispose();
@@ -98,20 +98,20 @@ test("meshes without a finite box stay candidates, and a scene that ends frees t
   behind.position.z = -100;
   const culler = new SceneCuller(scene);
   scene.render();
-  assert.equal(culler.osp.size, 2);
+  assert.equal(culler.boxes.size, 2);
   assert.equal(culler.candidates, 2);
   lost.position.x = 0;
   scene.render();
-  assert.deepEqual([culler.osp.size, culler.candidates], [3, 2]);
+  assert.deepEqual([culler.boxes.size, culler.candidates], [3, 2]);
   scene.skipFrustumClipping = true;
   scene.render();
   assert.equal(scene.getActiveMeshes().length, 3);
   scene.skipFrustumClipping = false;
   found.dispose();
   scene.render();
-  assert.deepEqual([culler.osp.size, culler.candidates], [2, 1]);
+  assert.deepEqual([culler.boxes.size, culler.candidates], [2, 1]);
   scene.dispose();
-  assert.throws(() => culler.osp.size, /freed/);
+  assert.throws(() => culler.boxes.size, /freed/);
   engine.dispose();
 });
 

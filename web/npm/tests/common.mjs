@@ -1,6 +1,6 @@
 // What several tests need: random scenes, cameras, and a plain loop over all boxes in double precision.
 
-import { readFile } from "node:fs/promises";
+import assert from "node:assert/strict";
 import { init } from "osp-culling";
 
 await init();
@@ -80,15 +80,14 @@ export function reach([a, b, c, d], boxes, i) {
 
 /**
  * The plain loop: the places of all boxes that lie wholly behind no plane. `slack` is how far behind they may be, in parts of the
- * plane's terms at the box, or at the coordinate `farthest`.
+ * plane's terms at the box.
  */
-export function seenByLoop(planes, boxes, slack = 0, farthest = 0) {
+export function seenByLoop(planes, boxes, slack = 0) {
   const seen = [];
   for (let i = 0; i < boxes.length / 6; i++) {
     const isSeen = planes.every((plane) => {
       const size = [0, 1, 2].reduce((sum, axis) => {
-        const coordinate = Math.max(Math.abs(boxes[6 * i + axis]), Math.abs(boxes[6 * i + 3 + axis]), farthest);
-        return sum + Math.abs(plane[axis]) * coordinate;
+        return sum + Math.abs(plane[axis]) * Math.max(Math.abs(boxes[6 * i + axis]), Math.abs(boxes[6 * i + 3 + axis]));
       }, Math.abs(plane[3]));
       return reach(plane, boxes, i) >= -slack * size;
     });
@@ -99,10 +98,18 @@ export function seenByLoop(planes, boxes, slack = 0, farthest = 0) {
 
 export const sorted = (ids) => Array.from(ids).sort((a, b) => a - b);
 
-/** The package as it was built, and its module without SIMD, in the same process: modules are told apart by their address. */
-export async function scalarPackage() {
-  const glue = await import("../wasm-scalar/osp_culling.js");
-  const bytes = await readFile(new URL("../wasm-scalar/osp_culling_bg.wasm", import.meta.url));
-  glue.initSync({ module: bytes });
-  return glue;
+/** What a culler may report beyond the loop, in parts of a plane's terms: its planes lie outwards by their rounding. */
+const SLACK = 4e-6;
+
+/** Everything that the loop sees is found, each key once, and nothing that is beyond it by more than rounding. */
+export function checkSeen(found, planes, boxes, keyOf = (i) => i) {
+  const keys = new Set(found);
+  assert.equal(keys.size, found.length, "a key was reported twice");
+  const must = seenByLoop(planes, boxes).map(keyOf),
+    may = new Set(seenByLoop(planes, boxes, SLACK).map(keyOf));
+  for (const key of must) assert.ok(keys.has(key), `visible, but culled: ${key}`);
+  for (const key of keys) assert.ok(may.has(key), `reported, but far outside: ${key}`);
+  return must.length;
 }
+
+export const anywhere = (next, size) => [0, 1, 2].map(() => (next() - 0.5) * size);

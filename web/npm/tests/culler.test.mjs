@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Culler, xrCameras } from "osp-culling";
-import { idsUpTo, multiply, perspective, planesOf, random, randomBoxes, seenByLoop, sorted } from "./common.mjs";
+import { anywhere, checkSeen, idsUpTo, multiply, perspective, planesOf, random, randomBoxes, sorted } from "./common.mjs";
 
 const AHEAD = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0.125, 0];
 const WALL = [-9, -9, -20, 9, -9, -20, 9, 9, -20, -9, 9, -20];
@@ -15,6 +15,49 @@ const KINDS = {
   uint32: { key: (i) => (Math.imul(i, 0x9e3779b1) ^ 0xfffffff0) >>> 0, list: Uint32Array },
   uint64: { key: (i) => (BigInt(i) * 0x9e3779b97f4a7c15n) & 0xffffffffffffffffn, list: BigUint64Array },
 };
+
+/** Compares the answers to questions with those of a loop over the boxes. */
+function checkQuestions(culler, boxOf, next) {
+  const [p, q] = [anywhere(next, 50), anywhere(next, 50)].map((v) => v.map(Math.fround));
+  const [low, high] = [p.map((v, i) => Math.min(v, q[i])), p.map((v, i) => Math.max(v, q[i]))];
+  const keys = [...boxOf.keys()];
+  const inBox = keys.filter((key) => [0, 1, 2].every((i) => boxOf.get(key)[i] <= high[i] && low[i] <= boxOf.get(key)[3 + i]));
+  assert.deepEqual(new Set(culler.inBox(low, high)), new Set(inBox));
+
+  const away = (key, from) =>
+    Math.hypot(...[0, 1, 2].map((i) => Math.max(boxOf.get(key)[i] - from[i], 0, from[i] - boxOf.get(key)[3 + i])));
+  const center = anywhere(next, 50),
+    radius = next() * 20;
+  const found = new Set(culler.inSphere(center, radius));
+  for (const key of keys) {
+    const distance = away(key, center);
+    // What touches the ball is found; rounding to single precision may find a little more.
+    if (distance <= radius * (1 - 1e-6) || distance > radius + 1e-5) assert.equal(found.has(key), distance <= radius, `${distance} ${radius}`);
+  }
+
+  const { keys: near, distances } = culler.nearest(p, 10);
+  const byLoop = keys.map((key) => away(key, p)).sort((a, b) => a - b);
+  assert.equal(near.length, Math.min(10, keys.length));
+  near.forEach((key, i) => {
+    assert.ok(Math.abs(distances[i] - byLoop[i]) <= 1e-5 * byLoop[i], `${distances[i]} ${byLoop[i]}`);
+    assert.ok(Math.abs(distances[i] - away(key, p)) <= 1e-5 * byLoop[i]);
+  });
+
+  const direction = anywhere(next, 2);
+  const enter = (key) => {
+    let [first, last] = [0, Infinity];
+    for (let i = 0; i < 3; i++) {
+      const ends = [boxOf.get(key)[i], boxOf.get(key)[3 + i]].map((v) => (v - p[i]) / Math.fround(direction[i]));
+      [first, last] = [Math.max(first, Math.min(...ends)), Math.min(last, Math.max(...ends))];
+    }
+    return first <= last ? first : Infinity;
+  };
+  const hit = culler.pick({ origin: p, direction }),
+    first = Math.min(...keys.map(enter));
+  // Where the ray just touches a box, single precision may decide otherwise.
+  if (hit !== null && first < Infinity) assert.ok(Math.abs(hit.t - first) <= 1e-4 * Math.max(1, first), `${hit.t} ${first}`);
+  else assert.equal(hit, null);
+}
 
 for (const [keys, { key, list }] of Object.entries(KINDS)) {
   test(`batches come, move and go, and cameras see them: ${keys}`, () => {
@@ -41,15 +84,9 @@ for (const [keys, { key, list }] of Object.entries(KINDS)) {
       assert.equal(seen.length, cameras.length);
       cameras.forEach(({ clipFromWorld, depth }, i) => {
         assert.ok(seen[i] instanceof list);
-        const found = new Set(seen[i]);
-        assert.equal(found.size, seen[i].length);
-        const planes = planesOf(clipFromWorld, depth);
-        const least = seenByLoop(planes, flat),
-          largest = new Set(seenByLoop(planes, flat, 1e-5).map((at) => key(numbersOf[at])));
-        for (const at of least) assert.ok(found.has(key(numbersOf[at])), `round ${round}, camera ${i}`);
-        for (const each of found) assert.ok(largest.has(each), `round ${round}, camera ${i}`);
-        most = Math.max(most, least.length);
+        most = Math.max(most, checkSeen(seen[i], planesOf(clipFromWorld, depth), flat, (at) => key(numbersOf[at])));
       });
+      checkQuestions(culler, new Map([...known].map(([i, box]) => [key(i), box])), next);
     }
     assert.ok(most > 100, `${most}`);
     const [first, box] = known.entries().next().value;
@@ -167,6 +204,7 @@ const REFUSED = [
   [(c) => c.set(BigUint64Array.of(1n), new Float32Array(6)), TypeError, /^keys: expected a Uint32Array, found BigUint64Array$/],
   [(c) => c.set(Uint32Array.of(1, 2), new Float32Array(6)), RangeError, /^boxes: expected 12 numbers, found 6$/],
   [(c) => c.set(1, null), TypeError, /^boxes: expected an array of 6 numbers, found null$/],
+  [(c) => c.remove([1]), TypeError, /^key: .* found 1$/],
   [(c) => c.setLayers(1, 2 ** 32), RangeError, /^layers: expected a mask/],
   [(c) => c.setLayers(Uint32Array.of(1, 2), Uint32Array.of(1)), RangeError, /^layers: expected 2 numbers, found 1$/],
   [(c) => c.setLayers(1, [1]), TypeError, /^layers: expected a Uint32Array, found Array$/],
@@ -180,6 +218,7 @@ const REFUSED = [
   [(c) => c.setOccluder(1, [0, 0, 0, 0, 0, 1]), RangeError, /^occluder: expected a surface with an area$/],
   [(c) => c.setOccluder(Uint32Array.of(1), WALL), TypeError, /^key: /],
   [(c) => c.cull({ clipFromWorld: AHEAD.slice(1) }), RangeError, /^clipFromWorld: expected 16 numbers, found 15$/],
+  [(c) => c.cull({ clipFromWorld: { elements: AHEAD } }), TypeError, /^clipFromWorld: expected an array of 16 numbers, found Object$/],
   [(c) => c.cull(undefined), TypeError, /^clipFromWorld: expected an array of 16 numbers, found undefined$/],
   [(c) => c.cull({ ...ahead, depth: "vulkan" }), RangeError, /^depth: expected "webgl", "webgpu" or "reversed", found vulkan$/],
   [(c) => c.cull({ ...ahead, layers: -1 }), RangeError, /^layers: expected a mask/],
@@ -187,6 +226,9 @@ const REFUSED = [
   [(c) => c.cull({ clipFromWorld: new Array(16).fill(1) }), RangeError, /^cameras\[0\], clipFromWorld: expected a matrix that has an inverse$/],
   [(c) => c.screenRay({ clipFromWorld: new Array(16).fill(0) }, 0, 0), RangeError, /inverse$/],
   [(c) => c.inBox([0, 0, 0], [1, -1, 1]), RangeError, /^box: expected finite numbers and min <= max$/],
+  [(c) => c.inBox([0, 0], [1, 1, 1]), RangeError, /^min: expected 3 numbers, found 2$/],
+  [(c) => c.inSphere([0, 0, 0], "1"), TypeError, /^radius: expected a number, found String$/],
+  [(c) => c.inSphere([0, 0, NaN], 1), RangeError, /^sphere: expected a finite center/],
   [(c) => c.inSphere([0, 0, 0], -1), RangeError, /^sphere: expected a finite center, and a finite radius from 0 on$/],
   [(c) => c.onRay([0, 0, 0], [0, 0, 0]), RangeError, /^ray: expected a finite origin, and a finite direction/],
   [(c) => c.onRay([0, 0, 0], [0, 0, 1], NaN), RangeError, /^tMax: expected a number from 0 on$/],

@@ -86,7 +86,7 @@ test("three.js: after an exception in the middle of a frame the next one is righ
   mesh.getBoundingBoxAt = ask;
   mesh.setMatrixAt(0, at(0, 0, -8));
   assert.equal(culler.update(camera()), 2);
-  assert.equal(culler.osp.size, 2);
+  assert.equal(culler.boxes.size, 2);
   // An instance of a geometry that is none is taken by three.js; it stays visible and stops nothing.
   const none = mesh.addInstance(77);
   assert.equal(culler.update(camera()), 2);
@@ -163,7 +163,7 @@ test("three.js: one culler a mesh, and what the mesh had of its own comes back",
   assert.deepEqual([mesh.frustumCulled, mesh.perObjectFrustumCulled], [true, true]);
   const third = new BatchedMeshCuller(mesh);
   mesh.deleteInstance(1);
-  assert.deepEqual([third.update(camera()), third.osp.size], [1, 1]);
+  assert.deepEqual([third.update(camera()), third.boxes.size], [1, 1]);
   mesh.dispose();
 });
 
@@ -207,7 +207,7 @@ test("Babylon.js: after an exception in the middle of a frame the next one is ri
   assert.throws(() => scene.getActiveMeshCandidates(), /of the app/);
   delete behind.getBoundingInfo;
   assert.equal(frameOf(scene, culler), 1);
-  assert.deepEqual([...culler.osp.inBox([-1, -1, -51], [1, 1, -49])].length, 1);
+  assert.deepEqual([...culler.boxes.inBox([-1, -1, -51], [1, 1, -49])].length, 1);
   before.position.z = 0;
   assert.equal(frameOf(scene, culler), 2);
   engine.dispose();

@@ -16,29 +16,32 @@ async function modules() {
   return [await load("wasm"), await load("wasm-scalar")];
 }
 
-/** An index of one module, with as little as possible around them. */
+/** A culler of one module, with as little as possible around it. */
 class Side {
   constructor(module) {
     this.module = module;
-    this.index = new module.Index(0, 0, 0, 40, 0);
+    this.culler = new module.Culler();
   }
 
-  write(target, floats, ids, numbers) {
-    target.room(floats.length, ids.length);
+  call(method, { keys = [], boxes = [], words = [], numbers = [], given = [] }) {
+    const culler = this.culler;
+    culler.room(keys.length, boxes.length, words.length, numbers.length);
     const { buffer } = this.module.memory;
-    new Float32Array(buffer, target.boxes_at(), floats.length).set(floats);
-    new Uint32Array(buffer, target.ids_at(), ids.length).set(ids);
-    new Float64Array(buffer, target.numbers_at(), 24).set(numbers);
-    return target;
+    new BigUint64Array(buffer, culler.keys_at(), keys.length).set(Array.from(keys, BigInt));
+    new Float32Array(buffer, culler.floats_at(), boxes.length).set(boxes);
+    new Uint32Array(buffer, culler.words_at(), words.length).set(words);
+    new Float64Array(buffer, culler.doubles_at(), numbers.length).set(numbers);
+    return culler[method](...given);
   }
 
-  ask(method, numbers, ...given) {
-    const index = this.write(this.index, [], [], numbers);
-    const count = Number(index[method](...given));
-    const { buffer } = this.module.memory;
-    const ids = [...new Uint32Array(buffer, index.found_at(), count)];
-    const isMeasured = method === "ray" || method === "nearest";
-    return isMeasured ? [ids, [...new Uint32Array(buffer, index.measured_at(), count)]] : ids;
+  ask(method, numbers, given = []) {
+    const count = this.call(method, { numbers, given });
+    const isMeasured = method === "on_ray" || method === "nearest";
+    return [this.found(count), isMeasured ? [...new Uint32Array(this.module.memory.buffer, this.culler.measured_at(), count)] : []];
+  }
+
+  found(count) {
+    return [...new BigUint64Array(this.module.memory.buffer, this.culler.found_at(), count)];
   }
 }
 
@@ -71,27 +74,24 @@ test("the module with SIMD answers as the one without", async (t) => {
       (id, i, all) => !known.has(id) && all.indexOf(id) === i,
     );
     const boxes = randomBoxes(fresh.length, 300 + round, 40);
-    both((side) => side.write(side.index, boxes, fresh, []).insert());
+    both((side) => side.call("set", { keys: fresh, boxes }));
     fresh.forEach((id) => known.add(id));
     const moved = Uint32Array.from([...known].filter(() => next() < 0.05));
-    both((side) => side.write(side.index, randomBoxes(moved.length, 700 + round, 40), moved, []).update());
+    both((side) => side.call("set", { keys: moved, boxes: randomBoxes(moved.length, 700 + round, 40) }));
     const gone = Uint32Array.from([...known].filter(() => next() < 0.03));
-    both((side) => side.write(side.index, [], gone, []).remove());
+    both((side) => side.call("remove", { keys: gone }));
     gone.forEach((id) => known.delete(id));
-    both((side) => side.index.commit());
-    both((side) => side.index.len());
+    both((side) => side.culler.commit());
+    both((side) => side.culler.len());
 
-    for (let view = 0; view < 4; view++) {
-      const clip = perspective(point(40), point(40), { fov: 0.2 + 1.5 * next(), near: 0.05, far: 5 + 60 * next() });
-      seen += both((side) => side.ask("cull", clip, true)).length;
-    }
-    const planes = Array.from({ length: 24 }, () => next() - 0.4);
-    both((side) => side.ask("cull_planes", planes, 1 + (round % 6)));
+    const numbers = [0, 1, 2, 3].flatMap(() => perspective(point(40), point(40), { fov: 0.2 + 1.5 * next(), near: 0.05, far: 5 + 60 * next() }));
+    both((side) => side.call("cull", { numbers, words: [0, 1, 2, 3].flatMap(() => [2, 0, 0xffffffff]) }));
+    for (let view = 0; view < 4; view++) seen += both((side) => side.found(side.culler.see(view))).length;
     const [p, q, radius] = [point(40), point(40), 5 * next()];
     both((side) => side.ask("in_box", [...p.map((v, i) => Math.min(v, q[i])), ...p.map((v, i) => Math.max(v, q[i]))]));
     both((side) => side.ask("in_sphere", [...p, radius]));
-    both((side) => side.ask("ray", [...p, ...q, 1e9]));
-    both((side) => side.ask("nearest", p, 20));
+    both((side) => side.ask("on_ray", [...p, ...q, 1e9]));
+    both((side) => side.ask("nearest", p, [20]));
   }
   assert.ok(seen > 100_000, `${seen} seen`);
 });

@@ -84,7 +84,7 @@ test("instances that come, move, change and go are followed", () => {
     const cameras = Array.from({ length: 1 + (frame % 2) }, () => cameraAt(next));
     scene.updateMatrixWorld(true);
     assert.equal(culler.update(...cameras), culler.visible.length);
-    assert.equal(culler.osp.size, known.size);
+    assert.equal(culler.boxes.size, known.size);
     seen += checkVisible(mesh, known, cameras, culler);
   }
   assert.ok(seen > 1000, `${seen} seen`);
@@ -95,7 +95,7 @@ test("instances that come, move, change and go are followed", () => {
   assert.ok(left.size < known.size && left.size > 0);
   const camera = cameraAt(next);
   culler.update(camera);
-  assert.equal(culler.osp.size, left.size);
+  assert.equal(culler.boxes.size, left.size);
   checkVisible(mesh, left, [camera], culler);
 
   culler.dispose();
@@ -151,10 +151,10 @@ test("more instances than at first, and those without a box", () => {
   // Nobody knows where this one is, so it is drawn.
   mesh.setMatrixAt(0, new THREE.Matrix4().makeTranslation(NaN, 0, 0));
   culler.update(camera);
-  assert.deepEqual([mesh.getVisibleAt(0), culler.osp.size], [true, 9]);
+  assert.deepEqual([mesh.getVisibleAt(0), culler.boxes.size], [true, 9]);
   mesh.setMatrixAt(0, new THREE.Matrix4().makeTranslation(0, 0, 50));
   culler.update(camera);
-  assert.deepEqual([mesh.getVisibleAt(0), culler.osp.size], [false, 10]);
+  assert.deepEqual([mesh.getVisibleAt(0), culler.boxes.size], [false, 10]);
   mesh.dispose();
   assert.throws(() => culler.update(camera), /freed/);
 });

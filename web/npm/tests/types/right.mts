@@ -1,17 +1,5 @@
 import type { Scene } from "@babylonjs/core";
-import {
-  Culler,
-  Osp,
-  init,
-  kernel,
-  memoryBytes,
-  outward,
-  xrCameras,
-  type Camera,
-  type ClipDepth,
-  type CullOptions,
-  type Hit,
-} from "osp-culling";
+import { Culler, init, kernel, memoryBytes, outward, xrCameras, type Camera } from "osp-culling";
 import { SceneCuller } from "osp-culling/babylon";
 import { BatchedMeshCuller } from "osp-culling/three";
 import * as THREE from "three";
@@ -22,27 +10,8 @@ await init(new Uint8Array(8));
 const name: "simd128" | "scalar" = kernel();
 const bytes: number = memoryBytes();
 
-const osp = new Osp({ rootCenter: [0, 1, 2], rootSize: 10, capacity: 100 });
-osp.insert(Uint32Array.of(1), outward([0, 0, 0, 1, 1, 1]));
-osp.update(Uint32Array.of(1), new Float32Array(6));
-osp.remove(new Uint32Array(0));
-osp.commit();
-const depth: ClipDepth = "webgpu";
-const options: CullOptions = { depth };
-const ids: Uint32Array = osp.cull(new THREE.Matrix4().elements, options);
-const count: number = osp.cullInto(new Uint32Array(osp.size), new Float64Array(16));
-const some: Uint32Array = osp.cullPlanes([1, 0, 0, 0]);
-const more: number = osp.cullPlanesInto(ids, [1, 0, 0, 0]);
-const hit: Hit | null = osp.ray([0, 0, 0], [0, 0, 1], 10);
-const t: number | undefined = hit?.t;
-const { ids: near, distances } = osp.nearest([0, 0, 0], 3);
-const box: Float32Array | undefined = osp.box(1);
-const found: Uint32Array = osp.has(1) ? osp.inBox([0, 0, 0], [1, 1, 1]) : osp.inSphere([0, 0, 0], osp.bytes);
-osp.clear();
-osp.free();
-
 const numbered = new Culler();
-numbered.set(1, [0, 0, 0, 1, 1, 1]);
+numbered.set(1, outward([0, 0, 0, 1, 1, 1]));
 numbered.set(Uint32Array.of(1, 2), new Float32Array(12));
 numbered.setOccluder(1, new Float32Array(12));
 numbered.setOccluder(1, [0, 0, 0, 1, 0, 0, 0, 1, 0], Uint32Array.of(0, 1, 2));
@@ -53,6 +22,7 @@ const picked: { key: number; t: number } | null = numbered.pick(numbered.screenR
 const why: string[] = numbered.refused.map(({ why }) => why);
 const { keys: closest }: { keys: Uint32Array } = numbered.nearest([0, 0, 0], 2);
 const outOfSight: Uint8Array = numbered.areHidden(eye, new Float32Array(6));
+const box: Float32Array | undefined = numbered.box(1);
 const big = new Culler<bigint>({ keys: "uint64" });
 big.set(7n, [0, 0, 0, 1, 1, 1]);
 big.remove(BigUint64Array.of(7n));
@@ -63,10 +33,10 @@ big[Symbol.dispose]();
 export const eyes = (pose: Parameters<typeof xrCameras>[0]): Camera[] => xrCameras(pose, { layers: 1 });
 
 const mesh = new THREE.BatchedMesh(10, 10, 10);
-const culler = new BatchedMeshCuller(mesh, { rootSize: 5 });
+const culler = new BatchedMeshCuller(mesh);
 const shown: number = culler.update(new THREE.PerspectiveCamera(), new THREE.OrthographicCamera(-1, 1, 1, -1));
 const visible: Uint32Array = culler.visible;
-const size: number = culler.osp.size;
+const size: number = culler.boxes.size;
 culler.dispose();
 
 export function follow(scene: Scene): number {
@@ -76,4 +46,4 @@ export function follow(scene: Scene): number {
   return candidates;
 }
 
-export const all = [name, bytes, ids, count, some, more, t, near, distances, box, found, shown, visible, size, first, picked, closest, outOfSight, why, keys, on, ts];
+export const all = [name, bytes, box, shown, visible, size, first, picked, closest, outOfSight, why, keys, on, ts];
