@@ -3,8 +3,6 @@
 import doctest
 import inspect
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -67,9 +65,3 @@ def test_examples_are_true(name, recordings, monkeypatch, no_picture):
 def test_there_are_examples():
     assert sum(">>>" in (text or "") for text in EXAMPLES.values()) >= 10
     assert osp.__version__ == "0.1.0"
-
-
-def test_the_example_of_many_boxes():
-    script = HERE / "examples" / "million_boxes.py"
-    ran = subprocess.run([sys.executable, str(script), "20000"], capture_output=True, text=True, check=True)
-    assert "20,000 boxes: inserted in" in ran.stdout and "numpy takes" in ran.stdout

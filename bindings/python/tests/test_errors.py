@@ -14,7 +14,7 @@ def triangle(x=0.0):
 
 
 CASES = [
-    (lambda: osp.visible(np.eye(4), triangle()), ValueError, "perspective"),
+    (lambda: osp.Mesh(triangle()).visible(np.eye(4)), ValueError, "perspective"),
     (lambda: osp.View.look_at((0, 0, 0), (0, 0, 0)), ValueError, "target"),
     (lambda: osp.View.look_at((0, 0, 0), (0, 1, 0)), ValueError, "up"),
     (lambda: osp.View.look_at((0, 0, 0), (0, 0, 1), up=(0, 0, 0)), ValueError, "up"),
@@ -25,17 +25,17 @@ CASES = [
     (lambda: osp.View.from_matrix(np.eye(4), depth="both"), ValueError, "depth"),
     (lambda: osp.View.from_matrix(np.zeros((4, 4))), ValueError, "singular"),
     (lambda: osp.View.from_matrix((perspective(60, 1, 1, 9) @ looking((9, 9, 9), (0, 0, 0))).T), ValueError, "transpose"),
-    (lambda: osp.visible(VIEW, triangle(NAN)), ValueError, "triangles, row 0"),
-    (lambda: osp.visible(VIEW, np.zeros((2, 3))), ValueError, r"\(n, 3, 3\)"),
-    (lambda: osp.visible(VIEW, np.zeros((2, 3)), faces=[[0, 1, 2]]), ValueError, "below 2; found 2"),
-    (lambda: osp.visible(VIEW, np.zeros((2, 3)), faces=[[0, 1, -1]]), ValueError, "found -1"),
-    (lambda: osp.visible(VIEW, np.zeros((2, 3)), faces=[[0, 1]]), ValueError, r"\(m, 3\)"),
-    (lambda: osp.visible(VIEW, np.zeros((2, 3)), faces=[[0.0, 1, 1]]), TypeError, "faces: expected whole"),
-    (lambda: osp.visible(VIEW, triangle(), "hzb"), ValueError, "expected one of .*msvbsp.*found \"hzb\""),
-    (lambda: osp.visible(VIEW, triangle(), "msvbsp", occluders=0), ValueError, "occluders"),
-    (lambda: osp.visible(VIEW, triangle(), opaque=[True, False]), ValueError, r"opaque: .*\(1,\)"),
-    (lambda: osp.visible(VIEW, triangle(), opaque=[1]), TypeError, "opaque: expected truth values"),
-    (lambda: osp.visible(None, triangle()), TypeError, "numbers"),
+    (lambda: osp.Mesh(triangle(NAN)).visible(VIEW), ValueError, "triangles, row 0"),
+    (lambda: osp.Mesh(np.zeros((2, 3))).visible(VIEW), ValueError, r"\(n, 3, 3\)"),
+    (lambda: osp.Mesh(np.zeros((2, 3)), [[0, 1, 2]]).visible(VIEW), ValueError, "below 2; found 2"),
+    (lambda: osp.Mesh(np.zeros((2, 3)), [[0, 1, -1]]).visible(VIEW), ValueError, "found -1"),
+    (lambda: osp.Mesh(np.zeros((2, 3)), [[0, 1]]).visible(VIEW), ValueError, r"\(m, 3\)"),
+    (lambda: osp.Mesh(np.zeros((2, 3)), [[0.0, 1, 1]]).visible(VIEW), TypeError, "faces: expected whole"),
+    (lambda: osp.Mesh(triangle()).visible(VIEW, "hzb"), ValueError, "expected one of .*msvbsp.*found \"hzb\""),
+    (lambda: osp.Mesh(triangle()).visible(VIEW, "msvbsp", occluders=0), ValueError, "occluders"),
+    (lambda: osp.Mesh(triangle(), opaque=[True, False]).visible(VIEW), ValueError, r"opaque: .*\(1,\)"),
+    (lambda: osp.Mesh(triangle(), opaque=[1]).visible(VIEW), TypeError, "opaque: expected truth values"),
+    (lambda: osp.Mesh(triangle()).visible(None), TypeError, "numbers"),
 ]
 
 

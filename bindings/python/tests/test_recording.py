@@ -103,7 +103,7 @@ def test_the_shipped_sessions(recordings):
         sketch = osp.open(str(recordings / f"{name}.ron"))
         found = [table.rows for table in (sketch.strokes, sketch.points, sketch.heads, sketch.polygons)]
         assert found == [strokes, points, heads, polygons]
-        assert osp.visible(sketch.whole_view(), sketch.triangles).all()
+        assert osp.Mesh(sketch.triangles).visible(sketch.whole_view()).all()
 
 
 def test_errors_name_the_file_and_the_place(session, tmp_path):

@@ -78,10 +78,10 @@ def test_what_is_not_opaque_hides_nothing(rng, method):
     triangles = np.concatenate([wall(-3, 4), crowd(rng, 200, (-1, -1, -8), (1, 1, -5), 0.1)])
     view = osp.View.look_at((0, 0, 0), (0, 0, -1))
     opaque = np.ones(len(triangles), dtype=bool)
-    assert osp.visible(view, triangles, method).sum() == 2
+    assert osp.Mesh(triangles).visible(view, method).sum() == 2
     opaque[:2] = False
-    assert osp.visible(view, triangles, method, opaque=opaque)[:2].all()
-    assert osp.visible(view, triangles, method, opaque=opaque).sum() > 100
+    assert osp.Mesh(triangles, opaque=opaque).visible(view, method)[:2].all()
+    assert osp.Mesh(triangles, opaque=opaque).visible(view, method).sum() > 100
 
 
 def test_a_mesh_of_trimesh():
@@ -90,7 +90,7 @@ def test_a_mesh_of_trimesh():
     )
     room.vertices[-8:] += (0, 0, 3)
     view = osp.View.look_at((0, 0, 8), (0, 0, 0))
-    seen = osp.visible(view, room.vertices, "msvbsp", faces=room.faces)
+    seen = osp.Mesh(room.vertices, room.faces).visible(view, "msvbsp")
     assert seen.shape == (len(room.faces),) and seen.dtype == bool
     ball = len(room.faces) - 12
     assert not seen[:ball].any() and seen[ball:].any()
@@ -108,7 +108,7 @@ def test_the_same_view_gives_the_same_answer_whatever_came_before(rng):
     mesh = osp.Mesh(triangles)
     views = [osp.View.look_at(rng.uniform(-1, 1, 3), (0, 0, -20)) for _ in range(12)]
     for method in ["depth", "msvbsp"]:
-        alone = [osp.visible(view, triangles, method, occluders=8) for view in views]
+        alone = [osp.Mesh(triangles).visible(view, method, occluders=8) for view in views]
         assert sum(int((mesh.visible(view) & ~seen).sum()) for view, seen in zip(views, alone)) > 50
         for _ in range(2):
             for view, answer in zip(views, alone):
@@ -120,9 +120,9 @@ def test_the_same_view_gives_the_same_answer_whatever_came_before(rng):
 
 def test_strange_meshes():
     view = osp.View.look_at((0, 0, 0), (0, 0, -1))
-    assert osp.visible(view, np.empty((0, 3, 3)), "msvbsp").shape == (0,)
-    assert osp.visible(view, np.empty((0, 3)), faces=np.empty((0, 3))).shape == (0,)
+    assert osp.Mesh(np.empty((0, 3, 3))).visible(view, "msvbsp").shape == (0,)
+    assert osp.Mesh(np.empty((0, 3)), np.empty((0, 3))).visible(view).shape == (0,)
     # Triangles: a point, a line, and an enormous one around the eye.
     flat = np.array([[[0, 0, -2]] * 3, [[0, 0, -2], [0, 1, -2], [0, 2, -2]], [[-1e30, -1, 0], [1e30, -1, 0], [0, -1, -1e30]]])
     for method in [None, *osp.OCCLUSION_METHODS]:
-        assert osp.visible(view, flat, method).all()
+        assert osp.Mesh(flat).visible(view, method).all()

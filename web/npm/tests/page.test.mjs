@@ -6,7 +6,8 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
-import { serve } from "../example/serve.mjs";
+import { fileURLToPath } from "node:url";
+import { serve } from "../../test/server.mjs";
 
 const chromium =
   process.env.CHROMIUM ??
@@ -17,8 +18,7 @@ const skip = chromium ? false : "there is no Chromium (the variable CHROMIUM nam
 async function report(t, path) {
   let done;
   const reported = new Promise((resolve) => (done = resolve));
-  const server = await serve(0, done);
-  t.after(() => server.close());
+  const address = await serve({ folder: fileURLToPath(new URL("..", import.meta.url)), heard: (text) => done(JSON.parse(text)) });
   const folder = await mkdtemp(join(tmpdir(), "osp-culling-page-"));
   const flags = [
     "--headless",
@@ -29,7 +29,7 @@ async function report(t, path) {
     "--no-first-run",
     `--user-data-dir=${folder}`,
   ];
-  const browser = spawn(chromium, [...flags, `http://127.0.0.1:${server.address().port}${path}`], {
+  const browser = spawn(chromium, [...flags, address + path], {
     stdio: "ignore",
   });
   const ended = new Promise((resolve) => browser.on("exit", resolve));
@@ -45,7 +45,7 @@ async function report(t, path) {
 }
 
 test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
-  const found = await report(t, "/?boxes=6000&frames=20&report");
+  const found = await report(t, "example/?boxes=6000&frames=20&report");
   assert.equal(found.kernel, "simd128");
   assert.equal(found.count, 6000);
   assert.ok(found.medianSeen > 0);
@@ -61,15 +61,7 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
 });
 
 test("the page for two eyes culls once for both", { skip, timeout: 180_000 }, async (t) => {
-  const { shown, left, right } = await report(t, "/example/stereo.html?boxes=6000&report");
+  const { shown, left, right } = await report(t, "example/stereo.html?boxes=6000&report");
   t.diagnostic(`${shown} shown; ${left} for the left eye, ${right} for the right`);
   assert.ok(left > 0 && right > 0 && shown >= Math.max(left, right) && shown < left + right && shown < 6000);
-});
-
-test("the example's server gives nothing beside its folder", async (t) => {
-  const server = await serve(0);
-  t.after(() => server.close());
-  const status = async (path) => (await fetch(`http://127.0.0.1:${server.address().port}${path}`)).status;
-  const paths = { "/": 200, "/js/index.js": 200, "/..%2fbuild": 403, "/..%2f..%2fCargo.toml": 403, "/%zz": 404, "/nothing": 404 };
-  for (const [path, expected] of Object.entries(paths)) assert.equal(await status(path), expected, path);
 });

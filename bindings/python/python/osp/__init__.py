@@ -3,7 +3,7 @@
 * `Culler`: objects with keys of your choice, which can be added, moved and removed. It finds the objects that each
   camera sees, with or without the objects that occluders hide. It finds the objects in a box or a sphere, along a ray,
   or nearest to a point.
-* `visible`, `Mesh`: finds the triangles of a mesh that a camera sees, with or without the triangles that others hide.
+* `Mesh`: finds the triangles of a mesh that a camera sees, with or without the triangles that others hide.
 * `open`: reads recorded sketches (Tilt Brush, Open Brush, A-Painter, CASSIE, osp's own, .obj, .glb) as arrays.
 * `replay`, `verify`: measure spatial structures and occlusion culling on a recording.
 * `render`: draws a picture of a recording, if there is a graphics adapter.
@@ -32,7 +32,6 @@ from ._native import (
 from ._recording import Recording, open
 from ._render import render
 from ._table import Table
-from ._visible import visible
 
 __all__ = [
     "INDEXES",
@@ -52,5 +51,4 @@ __all__ = [
     "render",
     "replay",
     "verify",
-    "visible",
 ]

@@ -81,12 +81,8 @@ _PERCENTILES = {"p50": 50, "p95": 95, "p99": 99, "max": 100}
 
 
 def _is_one_value_a_frame(frames: np.ndarray[Any, Any], values: np.ndarray[Any, Any]) -> bool:
-    if len(frames) == 0:
-        return True
-    order = np.argsort(frames, kind="stable")
-    starts = np.flatnonzero(np.diff(frames[order], prepend=frames[order][0] + 1) != 0)
-    least, largest = (pick.reduceat(values[order], starts) for pick in (np.minimum, np.maximum))
-    return bool((least == largest).all())
+    pairs = np.unique(np.stack([frames.astype(np.uint64), values.astype(np.uint64)]), axis=1)
+    return bool(pairs.shape[1] == len(np.unique(frames)))
 
 
 def replay(
