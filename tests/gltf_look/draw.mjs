@@ -37,7 +37,7 @@ export async function start(executablePath) {
     tab.on('pageerror', (error) => wrong.push(String(error)));
     tab.on('console', (message) => message.type() === 'error' && wrong.push(message.text()));
     await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-    const found = await tab.waitForFunction('globalThis.drawn', { timeout: 120_000 }).catch((error) => {
+    const found = await tab.waitForFunction('globalThis.drawn', { timeout: 1_200_000 }).catch((error) => {
       throw new Error(`${path}: ${wrong.join(' ') || error}`);
     });
     const { png, ...counts } = await tab.evaluate((side) => globalThis.drawn(side), side);

@@ -46,7 +46,7 @@ async function open(browser, { width = 1280, height = 800, dark = false, scripts
 /// Charts are drawn when they come near the window: scrolls to one and waits for it.
 async function live(page, at = 0) {
   await page.evaluate((at) => document.querySelectorAll('figure')[at].scrollIntoView({ block: 'center' }), at);
-  await page.waitForFunction((at) => document.querySelectorAll('figure')[at].classList.contains('live'), { timeout: 0 }, at);
+  await page.waitForFunction((at) => document.querySelectorAll('figure')[at].classList.contains('live'), {}, at);
   await frame(page);
 }
 const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
@@ -176,7 +176,7 @@ try {
     for (const chapter of chapters) chapter.open = false;
     location.hash = chapters[1].querySelector('h2').id;
   });
-  await page.waitForFunction(() => document.querySelectorAll('details')[1].open, { timeout: 0 });
+  await page.waitForFunction(() => document.querySelectorAll('details')[1].open);
   check(true, 'a link opens its chapter');
   const pdf = Buffer.from(await page.pdf({ preferCSSPageSize: true }));
   const sheets = pdf.toString('latin1').match(/\/Type\s*\/Page\b/g)?.length ?? 0;

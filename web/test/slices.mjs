@@ -23,7 +23,8 @@ if (made.status !== 0) {
 }
 const { polygons_visible_at_end: inLarge } = JSON.parse(spawnSync(osp, ['info', large, '--json'], { encoding: 'utf8' }).stdout);
 
-/// Notes the times of the browser's frames, what the page says, and what keeps its thread for long, until `heard` is asked.
+/// Notes the times of the browser's frames, what the page says, the first state at work, and what keeps its thread for long,
+/// until `heard` is asked.
 const listen = (page) => page.evaluate(() => {
   const heard = { times: [], said: [], long: [], goesOn: true };
   globalThis.heard = heard;
@@ -32,6 +33,7 @@ const listen = (page) => page.evaluate(() => {
   const note = (time) => {
     heard.times.push(time);
     const said = document.getElementById('said').textContent;
+    heard.busy ??= [JSON.parse(globalThis.osp.state())].find(({ work }) => work);
     if (said !== heard.said.at(-1)) heard.said.push(said);
     if (heard.goesOn) requestAnimationFrame(note);
   };
@@ -40,11 +42,11 @@ const listen = (page) => page.evaluate(() => {
 
 /// The gaps between these frames, milliseconds, ascending.
 const heard = (page) => page.evaluate(() => {
-  const { times, said, long, observer } = globalThis.heard;
+  const { times, said, long, busy, observer } = globalThis.heard;
   globalThis.heard.goesOn = false;
   observer.disconnect();
   const gaps = times.slice(1).map((time, at) => time - times[at]).sort((a, b) => a - b);
-  return { gaps, said, long };
+  return { gaps, said, long, busy };
 });
 
 const middle = (sorted) => sorted[sorted.length >> 1];
@@ -60,6 +62,12 @@ async function read(page, path) {
   return { ms: Date.now() - since, state, ...(await heard(page)) };
 }
 
+/// Does this in the first frame in which the page shows its work: later the work may have ended.
+const atWork = (page, act) => page.evaluate(`new Promise((done) => {
+  const look = () => (JSON.parse(globalThis.osp.state()).work ? done((${act})()) : requestAnimationFrame(look));
+  look();
+})`);
+
 const { browser, address, end } = await start();
 try {
   const page = await openPage(browser, address);
@@ -71,12 +79,9 @@ try {
   // Read, and shown.
   await page.evaluate(() => globalThis.osp.seek(100));
   const before = await until(page, 'a pause', (state) => state.position === 100);
-  const reading = read(page, large);
-  const busy = await until(page, 'progress', (state) => state.work);
-  await picture(page, 'reading');
+  const { ms, state, gaps, said, long, busy } = await read(page, large);
   check(/^reading .*large\.ron: \d+ events$/.test(busy.work), `the window says what it does: ${busy.work}`);
   check(busy.isReplay && busy.path === before.path && busy.polygons === before.polygons, 'what was there is still shown');
-  const { ms, state, gaps, said, long } = await reading;
   const counts = said.map((text) => /large\.ron: (\d+) events/.exec(text)?.[1]).filter(Boolean).map(Number);
   console.log(`${POLYGONS} polygons read in ${ms} ms, ${gaps.length} frames meanwhile, tasks of more than 50 ms: ${long.join(' ')}`);
   check(counts.length >= 2 && counts.every((count, at) => at === 0 || counts[at - 1] < count), `the page says how far it has come: ${counts}`);
@@ -90,21 +95,26 @@ try {
 
   // Cancelled, by the key and by the program.
   for (const [how, cancel] of [
-    ['Escape', async () => { await page.focus('canvas'); await page.keyboard.press('Escape'); }],
-    ['cancel()', () => page.evaluate(() => globalThis.osp.cancel())],
+    ['Escape', () => {
+      const canvas = document.querySelector('canvas');
+      canvas.focus();
+      canvas.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', code: 'Escape', bubbles: true, cancelable: true }));
+    }],
+    ['cancel()', () => globalThis.osp.cancel()],
   ]) {
     await choose(page, large);
-    await until(page, 'progress', (state) => state.work);
-    const since = Date.now();
-    await cancel();
+    await atWork(page, cancel);
     const left = await until(page, 'the end of it', (state) => !state.work && /cancelled/.test(state.message));
-    check(left.path === whole.path && left.position === whole.position, `${how}: ended in ${Date.now() - since} ms: ${left.message}`);
+    check(left.path === whole.path && left.position === whole.position, `${how}: ${left.message}`);
     check((await wrongOf(page)) === '', `${how}: nothing is wrong with that`);
   }
   // Who chooses another session meanwhile does not wait for the first.
   await choose(page, large);
-  await until(page, 'progress', (state) => state.work);
-  await page.select('#examples', 'portrait');
+  await atWork(page, () => {
+    const examples = document.getElementById('examples');
+    examples.value = 'portrait';
+    examples.dispatchEvent(new Event('change', { bubbles: true }));
+  });
   await until(page, 'portrait', (state) => state.isReplay && state.path.endsWith('portrait.ron') && !state.work);
   check(true, 'another session takes its place');
   // What cannot be read leaves that there.

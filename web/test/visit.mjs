@@ -11,6 +11,9 @@ const flags =
   '--use-angle=swiftshader --enable-unsafe-swiftshader --ignore-gpu-blocklist --enable-gpu --disable-background-networking ' +
   '--no-first-run';
 
+/// Time after which a wait fails: on the slowest machine none takes so long.
+const MOST_MS = 900_000;
+
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
 /// A folder for what a browser keeps; it is removed when this program ends.
@@ -30,14 +33,14 @@ export async function start() {
 export function launch(profile, { width = 1280, height = 800 } = {}) {
   return puppeteer.launch({
     executablePath, headless: true, args: flags.split(' '), userDataDir: profile,
-    defaultViewport: { width, height }, timeout: 0, protocolTimeout: 0,
+    defaultViewport: { width, height }, timeout: MOST_MS, protocolTimeout: MOST_MS,
   });
 }
 
 /// A new tab. `complaints` gathers what its console says is wrong.
 export async function newTab(browser) {
   const page = await browser.newPage();
-  page.setDefaultTimeout(0);
+  page.setDefaultTimeout(MOST_MS);
   page.complaints = [];
   page.on('console', (message) => {
     if (message.type() === 'error') page.complaints.push(message.text());
@@ -63,10 +66,12 @@ export const wrongOf = (page) =>
   page.evaluate(() => (document.getElementById('wrong').hidden ? '' : document.getElementById('wrong').textContent));
 
 export async function until(page, what, holds) {
-  for (;;) {
+  for (let tries = 1; ; tries += 1) {
     const state = await stateOf(page);
     if (holds(state)) return state;
-    if (page.isClosed()) throw new Error(`waited for ${what}: ${JSON.stringify(state)} ${page.complaints}`);
+    const waited = `waited for ${what}: ${JSON.stringify(state)} ${page.complaints}`;
+    if (page.isClosed() || tries * 50 > MOST_MS) throw new Error(waited);
+    if (tries % 400 === 0) console.log(`${waited} ${await wrongOf(page)}`);
     await sleep(50);
   }
 }

@@ -75,7 +75,12 @@ impl Meter {
 
     /// Ends the measurement of a view with `found` candidates, or of `parts` plain passes over `entities`.
     pub(crate) fn end_views(&mut self, kind: Kind, parts: usize, found: Option<usize>, entities: usize) {
-        let Some(nanos) = self.stop() else { return };
+        if let Some(nanos) = self.stop() {
+            self.note_views(kind, parts, found, entities, nanos);
+        }
+    }
+
+    fn note_views(&mut self, kind: Kind, parts: usize, found: Option<usize>, entities: usize, nanos: f32) {
         self.views_ns += nanos;
         let tests = (parts * entities.max(1)) as f32;
         let costs = &mut self.kinds[kind as usize];
@@ -98,8 +103,13 @@ impl Meter {
 
     /// Ends the measurement of a frame's changes; returns whether the index costs more than it saves.
     pub(crate) fn end_changes(&mut self, is_filled: bool) -> bool {
+        let nanos = self.stop();
+        self.note_changes(is_filled, nanos)
+    }
+
+    fn note_changes(&mut self, is_filled: bool, nanos: Option<f32>) -> bool {
         let (views_ns, saved_ns) = (std::mem::take(&mut self.views_ns), std::mem::take(&mut self.saved_ns));
-        let Some(nanos) = self.stop().filter(|_| is_filled && views_ns > 0.0) else { return false };
+        let Some(nanos) = nanos.filter(|_| is_filled && views_ns > 0.0) else { return false };
         let is_loss = nanos > saved_ns + views_ns * TOLERANCE;
         self.losses = if is_loss { self.losses + 1 } else { self.losses.saturating_sub(1) };
         self.losses > MOST_LOSSES
@@ -108,22 +118,14 @@ impl Meter {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
-
-    fn started(millis: u64) -> Option<Instant> {
-        Instant::now().checked_sub(Duration::from_millis(millis))
-    }
 
     #[test]
     fn the_faster_method_is_chosen_after_both_were_measured() {
         let mut meter = Meter::default();
         assert!(!meter.is_pass_faster(Kind::Camera, 1000, 1000), "nothing is measured yet");
-        meter.started = started(100);
-        meter.end_views(Kind::Camera, 1, None, 1000);
-        meter.started = started(10);
-        meter.end_views(Kind::Camera, 1, Some(0), 1000);
+        meter.note_views(Kind::Camera, 1, None, 1000, 100.0);
+        meter.note_views(Kind::Camera, 1, Some(0), 1000, 10.0);
         assert!(!meter.is_pass_faster(Kind::Camera, 100, 1000));
         assert!(meter.is_pass_faster(Kind::Camera, 900, 1000));
         assert!(!meter.is_pass_faster(Kind::Lamp, 900, 1000), "other views have other times");
@@ -134,16 +136,14 @@ mod tests {
 
     #[test]
     fn an_index_that_costs_more_than_it_saves_is_given_up() {
-        for (changes_ms, is_loss) in [(20, false), (400, true)] {
-            let mut meter = Meter { started: started(100), ..Meter::default() };
-            meter.end_views(Kind::Camera, 1, None, 1000);
+        for (changes_ns, is_loss) in [(20.0, false), (400.0, true)] {
+            let mut meter = Meter::default();
+            meter.note_views(Kind::Camera, 1, None, 1000, 100.0);
             let is_given_up = (0..40).any(|_| {
-                meter.started = started(10);
-                meter.end_views(Kind::Camera, 1, Some(10), 1000);
-                meter.started = started(changes_ms);
-                meter.end_changes(true)
+                meter.note_views(Kind::Camera, 1, Some(10), 1000, 10.0);
+                meter.note_changes(true, Some(changes_ns))
             });
-            assert_eq!(is_given_up, is_loss, "{changes_ms} ms");
+            assert_eq!(is_given_up, is_loss, "{changes_ns} ns");
         }
     }
 }

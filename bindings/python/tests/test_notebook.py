@@ -20,7 +20,7 @@ def run(monkeypatch, file=None):
         monkeypatch.delenv("OSP_NOTEBOOK_FILE", raising=False)
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     resources = {"metadata": {"path": str(NOTEBOOK.parent)}}
-    NotebookClient(notebook, timeout=300, kernel_name="python3", resources=resources).execute()
+    NotebookClient(notebook, timeout=1200, kernel_name="python3", resources=resources).execute()
     outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
     assert not [output for output in outputs if output.output_type == "error"]
     return "".join(output.text for output in outputs if output.output_type == "stream" and output.name == "stdout")

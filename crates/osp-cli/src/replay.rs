@@ -203,7 +203,7 @@ fn in_window(args: &ReplayArgs, outputs: &Files) -> anyhow::Result<Outcome> {
     let start = if args.paused { ReplayStart::Paused } else { ReplayStart::Playing };
     studio.work_in_background();
     studio.replay_in_background(file, args.play.pace, args.play.camera, &options, start);
-    studio.wait_for_work(super::sketch::BEFORE_THE_WINDOW);
+    studio.wait_for_small(file);
     if let Some(error) = studio.take_unread() {
         return Err(error.into());
     }

@@ -1,6 +1,6 @@
 //! `osp sketch`: opens the window to draw in.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 
@@ -23,9 +23,6 @@ use osp_app::{
 use osp_app::{Live, Unjoined};
 use osp_rivals::IndexKind;
 use osp_session::output_file::{check_new_output, files_read_with};
-
-/// If reading a session takes longer than this, the window opens while the reading continues, and shows errors itself.
-pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 #[cfg(feature = "live")]
 impl SketchArgs {
@@ -113,7 +110,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         };
         studio.work_in_background();
         studio.command(Command::OpenAs(path.clone(), how));
-        studio.wait_for_work(BEFORE_THE_WINDOW);
+        studio.wait_for_small(path);
         let refused = match (studio.take_file_outcome(), studio.question()) {
             (Some(Err(why)), _) => Some(why),
             (_, Some(Question::Damaged { path, damage })) => {

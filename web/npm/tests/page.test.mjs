@@ -44,7 +44,7 @@ async function report(t, path) {
   return found;
 }
 
-test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
+test("the page races and draws", { skip, timeout: 1_200_000 }, async (t) => {
   const found = await report(t, "example/?boxes=6000&frames=20&report");
   assert.equal(found.kernel, "simd128");
   assert.equal(found.count, 6000);
@@ -60,7 +60,7 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
   t.diagnostic(`${found.drawn}; ${found.summary.map(({ name, cullUs }) => `${name}: ${cullUs.toFixed(0)} us`).join(", ")}`);
 });
 
-test("the page for two eyes culls once for both", { skip, timeout: 180_000 }, async (t) => {
+test("the page for two eyes culls once for both", { skip, timeout: 1_200_000 }, async (t) => {
   const { shown, left, right } = await report(t, "example/stereo.html?boxes=6000&report");
   t.diagnostic(`${shown} shown; ${left} for the left eye, ${right} for the right`);
   assert.ok(left > 0 && right > 0 && shown >= Math.max(left, right) && shown < left + right && shown < 6000);

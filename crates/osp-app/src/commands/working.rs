@@ -17,10 +17,13 @@ use crate::{
     },
 };
 use osp_session::{
-    platform::time::Instant,
+    platform::fs,
     recording::{OpenOptions, Pace, RecordingError},
     replay::CameraChoice,
 };
+
+/// The window opens while a larger session is read, and shows its progress and its errors.
+const MOST_SMALL_BYTES: u64 = 4 << 20;
 
 impl Studio {
     /// Lets commands read and write files in the background. Without this call, a command returns only after it has
@@ -38,10 +41,12 @@ impl Studio {
         self.work.mode = WorkMode::Turns(turn);
     }
 
-    /// Waits for the background work, at most for this time.
-    pub fn wait_for_work(&mut self, at_most: Duration) {
-        let since = Instant::now();
-        while self.is_working() && since.elapsed() < at_most {
+    /// Waits until a small session at `path` is read, so that its errors come before the window. Nothing waits for a larger
+    /// one, or for a pipe.
+    pub fn wait_for_small(&mut self, path: &Path) {
+        let is_large = |data: fs::Metadata| !data.is_file() || data.len() > MOST_SMALL_BYTES;
+        let waits = !fs::metadata(path).is_ok_and(is_large);
+        while waits && self.is_working() {
             threads::pause(Duration::from_millis(1));
             self.take_work();
         }

@@ -230,7 +230,7 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     let why = table.studio.take_unread().expect("why it is not shown").to_string();
     assert!(why.contains("nonsense") && !table.studio.is_closing(), "{why}");
     // The last one can be read. A turn of one step a frame would take minutes.
-    table.studio.work_in_turns(Duration::from_millis(5));
+    table.studio.work_in_turns(Duration::from_micros(100));
     replay(&mut table.studio, &path);
     assert!(table.studio.is_reading(), "it takes more than a turn");
     while table.studio.is_working() {

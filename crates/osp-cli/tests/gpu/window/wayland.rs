@@ -48,7 +48,7 @@ impl Compositor {
         } else {
             desk.command("sway")
         };
-        let log = fs::File::create(desk.folder().join("sway.log")).expect("a file");
+        let log = desk.folder().join("sway.log");
         let process = sway
             .arg("-c")
             .arg(&config)
@@ -58,11 +58,14 @@ impl Compositor {
             .env("XDG_CONFIG_HOME", &runtime)
             .env("HOME", &runtime)
             .stdout(Stdio::null())
-            .stderr(log)
+            .stderr(fs::File::create(&log).expect("a file"))
             .spawn()
             .expect("sway");
-        let process = Ours(process);
+        let mut process = Ours(process);
         let (socket, window) = wait_for("sway", || {
+            if let Some(status) = process.0.try_wait().expect("a process") {
+                panic!("sway: {status}: {}", fs::read_to_string(&log).expect("its log"));
+            }
             let names = fs::read_dir(&runtime).expect("a folder").filter_map(|entry| {
                 let name = entry.ok()?.file_name().into_string().ok()?;
                 (name.starts_with("wayland-") && !name.ends_with(".lock")).then_some(name)
