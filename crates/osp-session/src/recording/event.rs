@@ -80,7 +80,7 @@ impl Paint {
             return Err("a brush's name of at most 64 bytes");
         }
         if !(self.scale > 0.0 && self.scale <= COORDINATE_LIMIT_M) {
-            return Err("a positive scale of the brush");
+            return Err("a scale of the brush above 0, at most 1e15");
         }
         Ok(())
     }
@@ -460,14 +460,14 @@ impl Event {
             }
             Self::Begin { width, color, thinnest, paint, .. } => {
                 paint.as_ref().map_or(Ok(()), |paint| paint.check())?;
-                finite((0.0..=COORDINATE_LIMIT_M).contains(width), "a width of 0 or more metres")?;
+                finite((0.0..=COORDINATE_LIMIT_M).contains(width), "a width from 0 to 1e15 m")?;
                 finite((0.0..=1.0).contains(thinnest), "`thinnest` between 0 and 1")?;
                 check_color(*color)
             }
             Self::Move { by, .. } => check_point(*by),
             Self::Place { to, .. } => {
                 check_pose(to.p, to.q)?;
-                finite(to.s > 0.0 && to.s <= COORDINATE_LIMIT_M, "a positive scale")
+                finite(to.s > 0.0 && to.s <= COORDINATE_LIMIT_M, "a scale above 0, at most 1e15")
             }
             Self::Polygon { vertices, color, .. } => {
                 finite((3..=Self::MAX_VERTICES).contains(&vertices.len()), "3 to 1024 vertices")?;
@@ -488,7 +488,10 @@ impl Event {
             Self::View { slot, p, q, distance, .. } => {
                 check_pose(*p, *q)?;
                 finite(*slot < Self::MAX_VIEWS, "a view's number below 64")?;
-                finite(*distance > 0.0 && *distance <= COORDINATE_LIMIT_M, "a positive distance")
+                finite(
+                    *distance > 0.0 && *distance <= COORDINATE_LIMIT_M,
+                    "a distance above 0, at most 1e15 m",
+                )
             }
             Self::Assign { layer, .. } => finite(*layer < Self::MAX_LAYERS, "a layer below 1024"),
             Self::End { .. }

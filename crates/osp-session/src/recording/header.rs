@@ -56,7 +56,7 @@ impl Header {
         if let Some(root) = self.root {
             check_point(root.center)?;
             if !(root.size > 0.0 && root.size <= COORDINATE_LIMIT_M) {
-                return Err("a root of positive size");
+                return Err("a root with a size above 0, at most 1e15 m");
             }
         }
         if let Some(camera) = self.camera {
@@ -108,7 +108,7 @@ impl Camera {
             return Err("a field of view between 0 and 180 degrees");
         }
         if !self.near_m.is_none_or(|near_m| near_m > 0.0 && near_m <= COORDINATE_LIMIT_M) {
-            return Err("a positive near distance");
+            return Err("a near distance above 0, at most 1e15 m");
         }
         Ok(())
     }

@@ -81,7 +81,10 @@ impl<'a> Input<'a> {
             }
             Files::Memory(files) => match files.get(self.path) {
                 Some(bytes) => Ok(InputFile::Memory(Cursor::new(Arc::clone(bytes)))),
-                None => Err(io::Error::new(io::ErrorKind::NotFound, "there is no such file in memory")),
+                None => Err(io::Error::new(
+                    io::ErrorKind::NotFound,
+                    "there is no such file in memory; what comes from a pipe is read alone",
+                )),
             },
         }
     }

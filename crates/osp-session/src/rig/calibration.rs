@@ -44,7 +44,7 @@ impl RoomFromTracker {
 
     pub(super) fn check(&self) -> Result<(), &'static str> {
         if !(self.p.is_finite() && self.p.abs().max_element() <= COORDINATE_LIMIT_M) {
-            return Err("a finite place");
+            return Err("a place with coordinates up to 1e15 m");
         }
         if (self.q.length() - 1.0).abs() < 1.0e-3 { Ok(()) } else { Err("a unit quaternion") }
     }

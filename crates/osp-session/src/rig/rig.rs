@@ -109,7 +109,7 @@ impl Screen {
     fn check(&self) -> Result<(), &'static str> {
         let corners = [self.lower_left, self.lower_right, self.upper_left];
         if corners.iter().any(|p| !(p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M)) {
-            return Err("finite corners");
+            return Err("corners with coordinates up to 1e15 m");
         }
         let right = (self.lower_right - self.lower_left).normalize_or_zero();
         let up = (self.upper_left - self.lower_left).normalize_or_zero();
@@ -194,7 +194,7 @@ impl Rig {
             return invalid("an eye separation of 0 to 1 m".to_owned());
         }
         if !(self.head.is_finite() && self.head.abs().max_element() <= COORDINATE_LIMIT_M) {
-            return invalid("a finite place for the head".to_owned());
+            return invalid("a place of the head with coordinates up to 1e15 m".to_owned());
         }
         for screen in &self.screens {
             if let Err(expected) = screen.check() {

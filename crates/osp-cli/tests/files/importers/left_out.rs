@@ -108,9 +108,9 @@ fn a_damaged_number_ends_its_stroke_alone() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "metadata.json", METADATA.as_bytes());
     for (stroke, expected, begins, kept) in [
-        (head(f32::NAN, 1.0), "a width of 0 or more metres", 5, 20),
-        (head(-0.5, 1.0), "a width of 0 or more metres", 5, 20),
-        (head(0.5, 0.0), "a positive scale of the brush", 5, 20),
+        (head(f32::NAN, 1.0), "a width from 0 to 1e15 m", 5, 20),
+        (head(-0.5, 1.0), "a width from 0 to 1e15 m", 5, 20),
+        (head(0.5, 0.0), "a scale of the brush above 0, at most 1e15", 5, 20),
         (body(&points(0, |point| point.0[1] = f32::NAN)), "finite coordinates", 5, 20),
         // What came before is drawn.
         (body(&points(2, |point| point.0[1] = f32::INFINITY)), "finite coordinates", 6, 22),

@@ -112,6 +112,9 @@ fn what_an_entry_or_a_stream_unpacks_to_is_limited() {
     let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &"f 1 2 3\n".repeat(300_000);
     let path = write(folder, "bomb.obj.gz", &gzip(faces.as_bytes()));
     refused(&path, limits, wider, &["bytes unpacked from", "line ", "--max-polygons", " faces"]);
+    let path = write(folder, "line.obj.gz", &gzip(&[b' '; 8 << 20]));
+    let said = read(&path, false, limits).1.expect("a limit").to_string();
+    assert!(said.contains("line.obj.gz, line 1: expected at most"), "{said}");
     let path =
         write(folder, "bomb.poses.gz", &gzip("10.00 0.1 0.2 0.3 1 0 0 0\n".repeat(100_000).as_bytes()));
     refused(&path, limits, wider, &["bytes unpacked from", "line ", "--max-polygons", "1 strokes"]);

@@ -25,7 +25,7 @@ pub(crate) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
     }
 }
 
-/// The reader for a text file, by the file's name, or by its contents if these look like JSON.
+/// The reader for a text file, by the file's name, or by its contents if these look like JSON: a glTF has an `asset`.
 pub(crate) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     // Text may be compressed with gzip. A file that has the name of a binary format, but gets here, has damaged magic
@@ -42,7 +42,10 @@ pub(crate) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
         (".gltf", open_gltf),
     ];
     let named = endings.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, opener)| opener);
-    let json =
-        || matches!(start.trim_ascii_start().first(), Some(b'[' | b'{')).then_some(open_cassie as Opener);
+    let json = || match start.trim_ascii_start().first()? {
+        b'{' if start.windows(7).any(|word| word == b"\"asset\"") => Some(open_gltf as Opener),
+        b'[' | b'{' => Some(open_cassie as Opener),
+        _ => None,
+    };
     named.or_else(json)
 }

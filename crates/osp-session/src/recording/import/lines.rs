@@ -112,6 +112,7 @@ impl LineReader {
     /// else a system error.
     fn stop(&mut self, error: io::Error) -> Result<Option<String>> {
         self.done = true;
+        self.line += 1;
         if let Some(beyond) = unpacked::beyond(&error, &self.path, self.place()) {
             return Err(beyond);
         }
@@ -119,7 +120,6 @@ impl LineReader {
         if !damage.contains(&error.kind()) {
             return Err(RecordingError::io(&self.path, error));
         }
-        self.line += 1;
         let error = self.error("a gzip stream that is whole", error);
         if !self.is_lenient {
             return Err(error);

@@ -26,7 +26,10 @@ fn what_is_no_camera_is_refused_with_what_was_expected() {
         ("(p: (0, 0, 0), q: (0, 0, 0, 1))", "fov_degrees"),
         ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 180)", "between 0 and 180"),
         ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: NaN)", "between 0 and 180"),
-        ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0)", "positive near distance"),
+        (
+            "(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0)",
+            "a near distance above 0, at most 1e15 m",
+        ),
         ("(p: (0, inf, 0), q: (0, 0, 0, 1), fov_degrees: 60)", "expected"),
         ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60) and more", "expected a camera"),
     ] {

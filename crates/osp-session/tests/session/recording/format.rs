@@ -101,7 +101,7 @@ fn headers_that_are_none_are_refused() {
     assert!(message("Header(name: \"x\")\n").contains("expected the field `format`"));
     assert!(message("Header(format: 1, colour: 3)\n").contains("expected one of the fields format, name"));
     let root = "Header(format: 1, root: (center: (0,0,0), size: -1))\n";
-    assert!(message(root).contains("expected a root of positive size"));
+    assert!(message(root).contains("expected a root with a size above 0, at most 1e15 m"));
     let gibberish: Vec<u8> =
         (0..100_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8 | 0x80).collect();
     let error = read(&gibberish, STRICT).error.expect("an error").to_string();
@@ -151,6 +151,10 @@ fn messages_name_line_expectation_and_finding() {
     );
     assert!(with("\"Undo\"").contains("expected one of Join, Leave, Head, Begin"));
     assert!(with("Undo(t: 1").contains("found the end of the line after `Undo(t: 1`"));
+    assert!(
+        with("Begin(t: 1, stroke: 1, tool: Ribbon, width: 1e38, color: (1, 1, 1, 1))")
+            .contains("expected a width from 0 to 1e15 m")
+    );
     assert!(with("Undo(t: NaN)").contains("expected a finite time; found `Undo(t: NaN)`"));
     assert!(
         with("Point(t: 1, stroke: 2, p: (0,0,1e16))").contains("expected finite coordinates below 1e15 m")

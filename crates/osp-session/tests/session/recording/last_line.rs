@@ -9,7 +9,10 @@ const START: &str = "Header(format: 1)\nUndo(t: 1)\n";
 #[test]
 fn a_whole_last_line_that_means_nothing_is_an_error_and_no_cut() {
     for (line, expected) in [
-        ("Place(t: 2, group: 1, to: (p: (0, 0, 0), q: (0, 0, 0, 1), s: 0))", "a positive scale"),
+        (
+            "Place(t: 2, group: 1, to: (p: (0, 0, 0), q: (0, 0, 0, 1), s: 1e30))",
+            "a scale above 0, at most 1e15",
+        ),
         ("Point(t: 2, stroke: 1, p: (1e16, 0, 0))", "finite coordinates"),
         ("Undo(t: inf)", "a finite time"),
     ] {

@@ -117,10 +117,10 @@ fn brushes_that_make_no_sense_are_refused() {
     ))
     .unwrap();
     for (from, to, expected) in [
-        ("scale:0.5", "scale:0.0", "a positive scale of the brush"),
-        ("scale:0.5", "scale:-1.0", "a positive scale of the brush"),
-        ("scale:0.5", "scale:NaN", "a positive scale of the brush"),
-        ("scale:0.5", "scale:1e30", "a positive scale of the brush"),
+        ("scale:0.5", "scale:0.0", "a scale of the brush above 0, at most 1e15"),
+        ("scale:0.5", "scale:-1.0", "a scale of the brush above 0, at most 1e15"),
+        ("scale:0.5", "scale:NaN", "a scale of the brush above 0, at most 1e15"),
+        ("scale:0.5", "scale:1e30", "a scale of the brush above 0, at most 1e15"),
         ("\"Ink\"", &format!("\"{}\"", "x".repeat(65)), "a brush's name of at most 64 bytes"),
         ("seed:3", "seed:4294967296", "a whole number from 0 to 4294967295"),
         ("layer:2", "layer:-2", "a whole number from 0 to 4294967295"),
