@@ -146,11 +146,7 @@ fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Mode
         kept.note(&event.map_err(|error| import::explain(&error, args.reading.lenient))?);
     }
     // Copies the thumbnail of a .tilt. Sessions of other formats have none.
-    let TiltExtras { thumbnail, others } = tilt_extras(&job.source);
-    let mut lost: Vec<String> = others
-        .into_iter()
-        .map(|name| format!("{name} is no part of a sketch that osp knows, and is left out"))
-        .collect();
+    let TiltExtras { thumbnail, mut lost } = tilt_extras(&job.source);
     if session.format == "tilt" && !job.source.is_file() && !job.source.is_dir() {
         lost.push("a sketch from a pipe loses its thumbnail; name its file to keep it".to_owned());
     }

@@ -142,6 +142,9 @@ pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output
     if counts.not_finite > 0 {
         remarks.push(format!("polygons at infinity skipped: {}", thousands(counts.not_finite)));
     }
+    if counts.hidden > 0 {
+        remarks.push(format!("strokes in hidden layers are not written: {}", thousands(counts.hidden)));
+    }
     if counts.turned > 0 && options.eye_in_world.is_none() {
         remarks.push(format!(
             "{} particles face a fixed direction: the session has no camera that they could face",

@@ -9,6 +9,7 @@ pub mod events;
 mod program;
 mod random;
 mod repository;
+mod sketch;
 mod waiting;
 
 pub use altered::Altered;
@@ -17,6 +18,7 @@ pub use editor::{Editor, STROKES};
 pub use program::{Program, json, make_pipe, names, shipped_session, stderr, stdout, temp};
 pub use random::Random;
 pub use repository::{ROOT, at, packages};
+pub use sketch::add_to_sketch;
 pub use waiting::{wait_for, wait_until};
 
 /// Whether a missing graphics adapter, display or tool makes a test fail instead of skipping it. True if `CI` is set

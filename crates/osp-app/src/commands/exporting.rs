@@ -12,7 +12,7 @@ use crate::{
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
-    recording::import::tilt_extras,
+    recording::import::{TiltExtras, tilt_extras},
 };
 
 impl Studio {
@@ -55,11 +55,12 @@ impl Studio {
         let header = self.session.header().clone();
         let kind = Kind::Writing { count, of: "events" };
         // A thumbnail that lacks the edits shows at least which sketch it was.
-        let thumbnail = self.session.original().and_then(|path| tilt_extras(path).thumbnail);
+        let TiltExtras { thumbnail, lost } = self.session.original().map(tilt_extras).unwrap_or_default();
         self.write_in_background(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
             let mut strokes = found.ok_or(ExportError::Cancelled)?;
-            let counts = write_tilt(&mut strokes, &header, thumbnail.as_deref(), file)?;
+            let mut counts = write_tilt(&mut strokes, &header, thumbnail.as_deref(), file)?;
+            counts.notes.extend(lost);
             Ok((count, Exported::Sketch(counts)))
         });
     }
@@ -92,9 +93,12 @@ impl Studio {
 
     pub(super) fn take_exported(&mut self, path: &Path, outcome: Result<Exported, ExportError>) {
         let path = path.display();
-        let (said, not_finite) = match outcome {
+        let mut lost = Vec::new();
+        let said = match outcome {
             Ok(Exported::Model(counts)) => {
-                (Ok(format!("{} polygons exported to {path}", counts.polygons)), counts.not_finite)
+                lost.push(("polygons at infinity skipped", counts.not_finite));
+                lost.push(("strokes in hidden layers are not written", counts.hidden));
+                Ok(format!("{} polygons exported to {path}", counts.polygons))
             }
             Ok(Exported::Sketch(counts)) => {
                 let mut said =
@@ -104,10 +108,10 @@ impl Studio {
                 if !counts.notes.is_empty() {
                     said += &format!("; not all is kept: {}", counts.notes.join("; "));
                 }
-                (Ok(said), 0)
+                Ok(said)
             }
-            Ok(Exported::Film(said)) => (Ok(said), 0),
-            Err(error) => (Err(format!("{path}: {error}")), 0),
+            Ok(Exported::Film(said)) => Ok(said),
+            Err(error) => Err(format!("{path}: {error}")),
         };
         if self.work.mode != WorkMode::AtOnce {
             let (Ok(said) | Err(said)) = said;
@@ -115,8 +119,8 @@ impl Studio {
         } else {
             self.report_file(said);
         }
-        if not_finite > 0 {
-            self.show_message(format!("polygons at infinity skipped: {not_finite}"));
+        for (what, count) in lost.into_iter().filter(|&(_, count)| count > 0) {
+            self.show_message(format!("{what}: {count}"));
         }
     }
 }

@@ -33,6 +33,8 @@ pub struct GltfCounts {
     /// Number of polygons that were skipped because a coordinate is not finite. The format cannot represent such a
     /// number.
     pub not_finite: u64,
+    /// Number of strokes in hidden layers, which are not written.
+    pub hidden: u64,
     /// Number of polygons that always face the eye in the session. In the file their orientation is fixed.
     pub turned: u64,
 }
@@ -75,7 +77,8 @@ pub fn write_glb_watched(
 ) -> Result<GltfCounts, ExportError> {
     /// Number of polygons between two calls of `go_on`: a few milliseconds.
     const POLLED_AFTER: usize = 4096;
-    let mut counts = GltfCounts::default();
+    let hidden = scene.strokes().iter().filter(|stroke| stroke.is_hidden() && !stroke.is_taken_away());
+    let mut counts = GltfCounts { hidden: hidden.count() as u64, ..GltfCounts::default() };
     let mut objects = BTreeMap::<u64, Object>::new();
     let light = options.environment.as_ref().map_or(Vec3::ONE, mean_light);
     let is_whole = matches!(options.objects, Objects::Whole { .. });
@@ -358,7 +361,10 @@ mod tests {
         let near = polygon(&corners, 1.0);
         let grouped = [group(2, vec![], None), group(1, vec![StrokeId(1)], Some(2)), place(1), place(2)];
         let (counts, json, _) = export(&[&[near, far], &grouped[..]].concat());
-        assert_eq!(counts, GltfCounts { objects: 1, polygons: 1, triangles: 1, not_finite: 1, turned: 0 });
+        assert_eq!(
+            counts,
+            GltfCounts { objects: 1, polygons: 1, triangles: 1, not_finite: 1, ..GltfCounts::default() }
+        );
         assert!(json["accessors"][0]["max"].as_array().is_some_and(|max| max.iter().all(Value::is_number)));
     }
 }

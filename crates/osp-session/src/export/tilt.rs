@@ -81,6 +81,7 @@ pub fn write_tilt(
     let taken = strokes.iter().filter_map(|(_, stroke)| Some(stroke.paint()?.sketch_group)).collect();
     let mut groups = SketchGroups { taken, given: BTreeMap::new(), last: 0 };
     let mut sketch: Vec<u8> = Vec::new();
+    let (mut inner, mut named, mut authors) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     let has_long = strokes.iter().any(|(_, stroke)| stroke.has_long_extension());
     let version = if has_long { LONG_SKETCH_VERSION } else { SKETCH_VERSION };
     let head = [SKETCH_MAGIC, version, 0, 0, strokes.len() as u32];
@@ -88,8 +89,13 @@ pub fn write_tilt(
     for (id, stroke) in &strokes {
         let Some(state) = kept.scene.stroke(*id) else { continue };
         // Groups of the format are flat: strokes that move together are selected together.
-        let group = match kept.scene.groups_of(state).last() {
-            Some(outermost) => groups.number(*outermost),
+        let mut within = kept.scene.groups_of(state);
+        named.extend(within.iter().copied().filter(|&id| kept.scene.group_name(id).is_some()));
+        authors.insert(state.author());
+        let outermost = within.pop();
+        inner.extend(within);
+        let group = match outermost {
+            Some(outermost) => groups.number(outermost),
             None => stroke.paint().map_or(0, |paint| paint.sketch_group),
         };
         let place = Place { brush: brushes.place(stroke.guid), layer: layers.place(state.layer()), group };
@@ -102,7 +108,11 @@ pub fn write_tilt(
         }
     }
     let (metadata, rewritten) = metadata(header, &kept.scene, brushes, &layers);
-    counts.notes = notes(kept, [opaque, lost, unextended], &stand_ins);
+    let grouped = [inner.len() as u64, named.len() as u64];
+    counts.notes = notes(kept, [opaque, lost, unextended], grouped, &stand_ins);
+    if authors.len() > 1 {
+        counts.notes.push("which author drew a stroke is not written: .tilt has no place for it".to_owned());
+    }
     counts.notes.extend(rewritten);
     if out_of_time > 0 {
         counts.notes.push(format!(
@@ -153,6 +163,7 @@ impl SketchGroups {
 fn notes(
     kept: &KeptStrokes,
     [opaque, lost, unextended]: [u64; 3],
+    [inner, named]: [u64; 2],
     stand_ins: &BTreeMap<&str, u64>,
 ) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
@@ -184,6 +195,8 @@ fn notes(
         (lost, "stroke at infinity or shrunk to a point", "strokes at infinity or shrunk to a point"),
         (kept.heads, "recorded pose of a head", "recorded poses of a head"),
         (kept.scene.views().len() as u64, "saved view", "saved views"),
+        (inner, "group in another group", "groups in other groups"),
+        (named, "name of a group", "names of groups"),
     ];
     for (count, one, several) in left_out {
         if count > 0 {

@@ -170,6 +170,13 @@ fn the_folder_of_a_sketch_may_be_named_by_a_dot_and_keeps_its_picture() {
     OSP.done_in(folder.path(), ["convert", "open.tilt", "whole.tilt"]);
     let file = fs::read(at("whole.tilt")).expect("a sketch");
     assert!(file.windows(9).any(|part| part == b"a picture"));
+    // No other file of a sketch is kept.
+    osp_testkit::add_to_sketch(&at("whole.tilt"), "notes.txt");
+    let said = stderr(&OSP.run_in(folder.path(), ["convert", "whole.tilt", "second.tilt"]));
+    assert!(
+        said.lines().eq(["warning: notes.txt is no part of a sketch that osp knows, and is left out"]),
+        "{said}"
+    );
 }
 
 #[test]
@@ -294,6 +301,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     write_session(folder.path(), "a.ron");
     let mut text = fs::read_to_string(at("a.ron")).expect("text");
     text += "Erase(t: 9.0, stroke: 1)\nHead(t: 9.0, p: (0, 1, 0), q: (0, 0, 0, 1))\n";
+    text += "Group(t: 9.0, group: 0, strokes: [0])\nGroup(t: 9.0, group: 1, strokes: [2], parent: 0, name: \"a\")\n";
     fs::write(at("a.ron"), text).expect("written");
     let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     assert!(output.status.success(), "{}", stderr(&output));
@@ -301,8 +309,14 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     assert_eq!(
         stderr(&output),
         "warning: 2 strokes without a brush of Tilt Brush are written with the brush Flat\n\
-         warning: 1 recorded pose of a head is not written: .tilt has no place for it\n"
+         warning: 1 recorded pose of a head is not written: .tilt has no place for it\n\
+         warning: 1 group in another group is not written: .tilt has no place for it\n\
+         warning: 1 name of a group is not written: .tilt has no place for it\n"
     );
+    let class = osp_testkit::at("recordings/class.ron");
+    let class = OSP.run_in(folder.path(), ["convert", class.to_str().expect("utf-8"), "b.tilt"]);
+    assert!(stderr(&class).contains("warning: which author drew a stroke is not written"), "{class:?}");
+    fs::remove_file(at("b.tilt")).expect("removed");
     let widths: Vec<f32> = events_in(at("a.tilt"))
         .iter()
         .filter_map(|event| if let Event::Begin { width, .. } = event { Some(*width) } else { None })

@@ -6,7 +6,7 @@ use osp_session::brush::{self, Brush};
 
 use super::exporting::painted;
 use crate::OSP;
-use osp_testkit::{stdout, temp};
+use osp_testkit::{stderr, stdout, temp};
 
 #[test]
 fn info_counts_the_polygons_that_are_drawn() {
@@ -27,7 +27,8 @@ fn info_counts_the_polygons_that_are_drawn() {
     }
     text += "End(t:0,stroke:900)\n";
     fs::write(folder.path().join("a.ron"), text).expect("written");
-    let exported = OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
+    let exported = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb"]);
+    assert!(stderr(&exported).contains("strokes in hidden layers are not written: 1\n"), "{exported:?}");
     let info = OSP.json_in(folder.path(), ["info", "a.ron", "--json"]);
     let count = |key: &str| info[key].as_u64().expect("a count");
     let (drawn, hidden) = (count("polygons_visible_at_end"), count("polygons_hidden_at_end"));
@@ -35,7 +36,7 @@ fn info_counts_the_polygons_that_are_drawn() {
     let in_rows: u64 = rows.map(|row| row["polygons"].as_u64().expect("a count")).sum();
     assert!(hidden > 0 && count("polygons_without_area") > 0, "{info}");
     assert_eq!(in_rows, drawn + hidden);
-    let said = exported.replace(',', "");
+    let said = stdout(&exported).replace(',', "");
     assert!(said.contains(&format!(" {drawn} polygons ")), "{drawn}: {said}");
     let text = stdout(&OSP.run_in(folder.path(), ["info", "a.ron"])).replace(',', "");
     let without = count("polygons_without_area");

@@ -160,21 +160,27 @@ fn other_files_of_a_session_are_inputs_too() {
     fs::create_dir(at("a.tilt")).expect("made");
     fs::write(at("a.tilt/data.sketch"), "").expect("written");
     let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    fs::write(at("b.ndjson"), corners.map(f32::to_le_bytes).concat()).expect("written");
+    for name in ["b.ndjson", "b.png"] {
+        fs::write(at(name), corners.map(f32::to_le_bytes).concat()).expect("written");
+    }
     let triangle = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
         "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"bufferViews":[{"buffer":0,"byteLength":36}],
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
         "buffers":[{"uri":"b.ndjson","byteLength":36}]}"#;
     fs::write(at("m.gltf"), triangle).expect("written");
+    fs::write(at("n.gltf"), triangle.replace("b.ndjson", "b.png")).expect("written");
     write_session(folder.path(), "in.ron");
     OSP.done_in(folder.path(), ["replay", "in.ron", "--pin", "p.pins"]);
     for (command, out) in [
         ("replay a.tilt --csv @", "a.tilt/data.sketch"),
         ("replay m.gltf --csv @", "b.ndjson"),
         ("study m.gltf --out @", "b.ndjson"),
+        ("render n.gltf @", "b.png"),
         ("replay in.ron --check p.pins --csv @", "p.pins"),
     ] {
-        assert!(!run(folder.path(), command, out, true, "a part of the input"));
+        for force in [false, true].into_iter().filter(|_| has(&command.split(' ').collect::<Vec<_>>())) {
+            assert!(!run(folder.path(), command, out, force, "a part of the input"));
+        }
     }
     // As a shell does it with `>>`.
     for command in ["import in.ron -", "replay in.ron --csv -"] {

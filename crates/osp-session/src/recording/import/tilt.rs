@@ -77,8 +77,8 @@ pub(crate) fn open_tilt(input: Input<'_>, options: &OpenOptions) -> Result<Sessi
 pub struct TiltExtras {
     /// A PNG of at most 16 MiB.
     pub thumbnail: Option<Vec<u8>>,
-    /// The names of the files that are no part of a sketch. Those of an unpacked sketch are not listed.
-    pub others: Vec<String>,
+    /// A sentence for each file that is no part of a sketch. Those of an unpacked sketch are not listed.
+    pub lost: Vec<String>,
 }
 
 /// Reads what the `.tilt` file or folder at a path has beside its strokes and metadata. Other files have nothing.
@@ -88,17 +88,19 @@ pub fn tilt_extras(path: &Path) -> TiltExtras {
     if is_tilt_folder(input) {
         let path = path.join(THUMBNAIL_NAME);
         let file = path.is_file().then(|| ByteReader::open(input.beside(&path)).ok()).flatten();
-        return TiltExtras { thumbnail: file.and_then(picture), others: Vec::new() };
+        return TiltExtras { thumbnail: file.and_then(picture), lost: Vec::new() };
     }
     let Some(archive) = archive_of(input) else { return TiltExtras::default() };
     let is_known = |name: &&str| {
         let mut parts = SKETCH_NAMES.iter().chain(&METADATA_NAMES).chain([&THUMBNAIL_NAME]);
         parts.any(|part| part == name)
     };
-    let others = archive.names().filter(|name| !is_known(name)).map(str::to_owned).collect();
+    let others = archive.names().filter(|name| !is_known(name));
+    let lost =
+        others.map(|name| format!("{name} is no part of a sketch that osp knows, and is left out")).collect();
     let thumbnail =
         archive.find(&[THUMBNAIL_NAME]).and_then(|entry| entry.read(input, &Limits::DEFAULT).ok());
-    TiltExtras { thumbnail: thumbnail.and_then(picture), others }
+    TiltExtras { thumbnail: thumbnail.and_then(picture), lost }
 }
 
 /// The archive of a `.tilt` file; `None` for all else.
