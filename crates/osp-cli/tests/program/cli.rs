@@ -355,6 +355,40 @@ fn a_pipe_is_read_once_wherever_a_file_is_read() {
             assert!(cat.wait().expect("it ends").success());
         }
     }
+    // The contents alone tell the format.
+    let triangle = r#"{"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"asset":{"version":"2.0"},
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],"buffers":[{"byteLength":36,
+        "uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    let poses = "# up: y\n\n0 0 0 0 1 0 0 0\n0.1 0 0 0.1 1 0 0 0\n";
+    let obj = "# a triangle\nmtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (text, pack, format) in [
+        (triangle, "cat", "gltf"),
+        (poses, "cat", "poses"),
+        (poses, "gzip -c", "poses"),
+        (obj, "cat", "obj"),
+        (obj, "gzip -c", "obj"),
+    ] {
+        fs::write(folder.path().join("text"), text).expect("written");
+        for (pipe, to) in [("pipe", "> pipe"), ("-", "")] {
+            let mut shell = Command::new("sh");
+            shell.current_dir(folder.path()).args(["-c", &format!("{pack} text {to}")]);
+            let mut shell = shell.stdout(std::process::Stdio::piped()).spawn().expect("a shell");
+            let mut osp = OSP.command_in(folder.path(), ["info", pipe, "--json"]);
+            let output = osp.stdin(shell.stdout.take().expect("a pipe")).output().expect("osp");
+            assert!(output.status.success(), "{format} of {pipe}: {}", stderr(&output));
+            let info = osp_testkit::json(&output);
+            assert_eq!((&info["format"], &info["polygons"]), (&format.into(), &1.into()), "{pack} of {pipe}");
+            assert!(shell.wait().expect("it ends").success());
+        }
+    }
+    for (name, text) in
+        [("script", "#!/bin/sh\necho v\n"), ("list", "v\nno vertex\n"), ("text", "of 1 2 3\n")]
+    {
+        fs::write(folder.path().join(name), text).expect("written");
+        let said = OSP.refused_in(folder.path(), ["info", name]);
+        assert!(said.contains("one of the formats"), "{said}");
+    }
     for device in ["/dev/null", "/dev/zero"] {
         let said = OSP.refused(["info", device]);
         assert!(said.contains("one of the formats"), "{said}");

@@ -14,7 +14,7 @@ fn formats() -> String {
 }
 
 /// Number of bytes at the beginning of a file that decide its format.
-const SNIFF_BYTES: u64 = 4096;
+pub(super) const SNIFF_BYTES: u64 = 4096;
 
 /// First bytes of a zstd frame.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
@@ -60,7 +60,7 @@ fn read_pipe(path: &Path, options: &OpenOptions) -> Result<Vec<u8>, RecordingErr
 fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
     let path = input.path;
     let start = if input.is_folder() { Vec::new() } else { sniff(input)? };
-    if let Some(opener) = super::import::by_mark(input, &start) {
+    if let Some(opener) = super::import::by_contents(input, &start) {
         return opener(input, options);
     }
     if is_ron(path, &start) {
@@ -132,8 +132,10 @@ fn open_compressed(input: Input<'_>, options: &OpenOptions) -> Result<Session, R
 
 /// Whether [`open`] would attempt to read a file with this beginning.
 pub fn looks_like_session(path: &Path, start: &[u8]) -> bool {
-    use super::import::{by_mark, by_name};
-    by_mark(Input::on_disk(path), start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
+    use super::import::{by_contents, by_name};
+    by_contents(Input::on_disk(path), start).is_some()
+        || is_ron(path, start)
+        || by_name(path, start).is_some()
 }
 
 /// Describes a file of an unknown format by its first bytes, for an error message.

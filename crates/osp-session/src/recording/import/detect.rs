@@ -1,35 +1,50 @@
-use std::path::Path;
+use std::{io::Read, path::Path};
 
 use super::{
-    apa, gltf, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, tilt, tilt_layout,
+    apa, gltf,
+    lines::{GZIP_MAGIC, gzip},
+    obj, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, poses, tilt, tilt_layout,
 };
-use crate::recording::{OpenOptions, Session, error::Result, input::Input};
+use crate::recording::{OpenOptions, Session, error::Result, input::Input, opening::SNIFF_BYTES};
 
 pub(crate) const FORMATS: &[&str] =
     &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
 type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session>;
 
-/// The reader for a folder, or for a file that starts with the magic bytes of a binary format.
-pub(crate) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
+/// The reader for a folder, or for a file that has this beginning.
+pub(crate) fn by_contents(input: Input<'_>, start: &[u8]) -> Option<Opener> {
     if input.is_folder() {
-        tilt::is_tilt_folder(input).then_some(open_tilt)
-    } else if start.starts_with(tilt_layout::MAGIC) {
-        Some(open_tilt)
-    } else if start.starts_with(apa::MAGIC) {
-        Some(open_apa)
-    } else if start.starts_with(gltf::MAGIC) {
-        Some(open_gltf)
-    } else {
-        None
+        return tilt::is_tilt_folder(input).then_some(open_tilt);
     }
+    let binary: [(&[u8], Opener); 3] =
+        [(tilt_layout::MAGIC, open_tilt), (apa::MAGIC, open_apa), (gltf::MAGIC, open_gltf)];
+    let opener = binary.into_iter().find(|(magic, _)| start.starts_with(magic)).map(|(_, opener)| opener);
+    opener.or_else(|| gltf::is_json(start).then_some(open_gltf as Opener)).or_else(|| by_lines(start))
 }
 
-/// The reader for a text file, by the file's name, or by its contents if these look like JSON: a glTF has an `asset`.
+/// The reader for lines of text, perhaps compressed with gzip.
+fn by_lines(start: &[u8]) -> Option<Opener> {
+    let mut text = Vec::new();
+    let text = match start.starts_with(GZIP_MAGIC) {
+        // The beginning of a stream ends too early, which does not matter to the lines before.
+        true => {
+            let _ = gzip(start).take(SNIFF_BYTES).read_to_end(&mut text);
+            &text
+        }
+        false => start,
+    };
+    let text = String::from_utf8_lossy(text);
+    let line = text.lines().map(str::trim_ascii).find(|line| !line.is_empty() && !line.starts_with('#'))?;
+    let kinds: [(bool, Opener); 2] =
+        [(obj::is_statement(line), open_obj), (poses::is_pose(line), open_poses)];
+    kinds.into_iter().find(|(is_it, _)| *is_it).map(|(_, opener)| opener)
+}
+
+/// The reader for a file whose beginning fits no format, by the file's name, or by its contents if these look like
+/// JSON. The reader reports the damage.
 pub(crate) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
-    // Text may be compressed with gzip. A file that has the name of a binary format, but gets here, has damaged magic
-    // bytes. The format's reader reports the damage.
     let endings: [(&str, Opener); 9] = [
         (".poses", open_poses),
         (".poses.gz", open_poses),
@@ -42,10 +57,7 @@ pub(crate) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
         (".gltf", open_gltf),
     ];
     let named = endings.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, opener)| opener);
-    let json = || match start.trim_ascii_start().first()? {
-        b'{' if start.windows(7).any(|word| word == b"\"asset\"") => Some(open_gltf as Opener),
-        b'[' | b'{' => Some(open_cassie as Opener),
-        _ => None,
-    };
+    let json =
+        || matches!(start.trim_ascii_start().first(), Some(b'[' | b'{')).then_some(open_cassie as Opener);
     named.or_else(json)
 }

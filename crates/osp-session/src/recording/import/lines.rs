@@ -14,7 +14,12 @@ use crate::recording::{
 /// Length of the excerpt of a damaged line in an error, characters.
 const SHOWN_CHARS: usize = 60;
 /// The first bytes of a gzip stream.
-const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
+pub(super) const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
+
+/// The bytes that a gzip stream unpacks to.
+pub(super) fn gzip<R: Read>(packed: R) -> MultiGzDecoder<BufReader<R>> {
+    MultiGzDecoder::new(BufReader::new(packed))
+}
 
 /// A reader of the lines of a text file, perhaps compressed with gzip. The length of a line is bounded.
 pub(super) struct LineReader {
@@ -40,8 +45,7 @@ impl LineReader {
             file.rewind()?;
             if magic == GZIP_MAGIC {
                 let packed = file.len()?;
-                let decoder = MultiGzDecoder::new(BufReader::new(file));
-                return Ok(Box::new(BufReader::new(Unpacked::new(decoder, packed, &options.limits))));
+                return Ok(Box::new(BufReader::new(Unpacked::new(gzip(file), packed, &options.limits))));
             }
             Ok(Box::new(BufReader::new(file)))
         };

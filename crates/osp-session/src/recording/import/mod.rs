@@ -39,7 +39,7 @@ mod tilt_metadata;
 
 pub(super) use apa::open_apa;
 pub(super) use cassie::open_cassie;
-pub(super) use detect::{FORMATS, by_mark, by_name};
+pub(super) use detect::{FORMATS, by_contents, by_name};
 pub(super) use gltf::open_gltf;
 pub(super) use obj::open_obj;
 pub(super) use poses::open_poses;

@@ -49,6 +49,16 @@ pub(crate) fn open_obj(input: Input<'_>, options: &OpenOptions) -> Result<Sessio
     Ok(Session::new(header, "obj", Box::new(obj), input.path, options))
 }
 
+/// Whether a line that is no comment is one of the statements with which files begin.
+pub(crate) fn is_statement(line: &str) -> bool {
+    let mut fields = line.split_ascii_whitespace();
+    match fields.next() {
+        Some("v" | "vt" | "vn") => fields.next().is_some_and(|field| field.parse::<f32>().is_ok()),
+        Some("g" | "o" | "s" | "usemtl" | "mtllib") => true,
+        _ => false,
+    }
+}
+
 struct Obj {
     lines: LineReader,
     vertices: Vec<Vec3>,

@@ -46,6 +46,26 @@ pub(crate) fn open_poses(input: Input<'_>, options: &OpenOptions) -> Result<Sess
     Ok(Session::new(header, "poses", Box::new(poses), input.path, options))
 }
 
+/// Whether a line that is no comment is a pose.
+pub(crate) fn is_pose(line: &str) -> bool {
+    pose(line).is_ok_and(|(t, p, q)| Event::Head { author: Author::SOLE, t, p, q }.check().is_ok())
+}
+
+/// Time, position and orientation in a line, in the file's axes.
+fn pose(line: &str) -> Result<(f64, Vec3, Quat), &'static str> {
+    let mut values = [0.0; 8];
+    let mut fields = line.split_ascii_whitespace();
+    for value in &mut values {
+        *value = fields.next().and_then(|field| field.parse::<f64>().ok()).ok_or(LINE)?;
+    }
+    if fields.next().is_some() {
+        return Err(LINE);
+    }
+    let [t, x, y, z, qw, qx, qy, qz] = values;
+    let p = Vec3::new(x as f32, y as f32, z as f32);
+    Ok((t, p, Quat::from_xyzw(qx as f32, qy as f32, qz as f32, qw as f32)))
+}
+
 /// The axis of the file that points up.
 enum Up {
     Y,
@@ -98,17 +118,7 @@ impl Poses {
     }
 
     fn parse(&mut self, text: &str) -> Result<(f64, Vec3, Quat), &'static str> {
-        let mut values = [0.0; 8];
-        let mut fields = text.split_ascii_whitespace();
-        for value in &mut values {
-            *value = fields.next().and_then(|field| field.parse::<f64>().ok()).ok_or(LINE)?;
-        }
-        if fields.next().is_some() {
-            return Err(LINE);
-        }
-        let [time_secs, x, y, z, qw, qx, qy, qz] = values;
-        let p = Vec3::new(x as f32, y as f32, z as f32);
-        let q = Quat::from_xyzw(qx as f32, qy as f32, qz as f32, qw as f32);
+        let (time_secs, p, q) = pose(text)?;
         let (p, q) = self.up.to_ours(p, q);
         let t = time_secs - self.first_secs.unwrap_or(time_secs);
         Event::Head { author: Author::SOLE, t, p, q }.check()?;

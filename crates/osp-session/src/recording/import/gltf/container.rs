@@ -65,6 +65,32 @@ impl File {
     }
 }
 
+/// Whether text begins with an object whose first property is one of glTF 2.0.
+pub(crate) fn is_json(start: &[u8]) -> bool {
+    const PROPERTIES: [&str; 17] = [
+        "accessors",
+        "animations",
+        "asset",
+        "bufferViews",
+        "buffers",
+        "cameras",
+        "extensions",
+        "extensionsRequired",
+        "extensionsUsed",
+        "extras",
+        "images",
+        "materials",
+        "meshes",
+        "nodes",
+        "samplers",
+        "scene",
+        "scenes",
+    ];
+    let object = start.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
+    let name = object.and_then(|object| object.strip_prefix(b"\"")?.split(|&byte| byte == b'"').next());
+    name.is_some_and(|name| PROPERTIES.iter().any(|property| property.as_bytes() == name))
+}
+
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
     let word = bytes.get(at..at.checked_add(4)?)?;
     Some(u32::from_le_bytes(word.try_into().ok()?))

@@ -25,7 +25,7 @@ use std::{
     path::Path,
 };
 
-pub(super) use self::container::{MAGIC, files_beside};
+pub(super) use self::container::{MAGIC, files_beside, is_json};
 use self::{
     container::File,
     faces::{Faces, Polygon},
