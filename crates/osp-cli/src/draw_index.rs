@@ -14,7 +14,8 @@ use osp::{
     math::{Aabb, Ray},
 };
 use osp_lab::report::{
-    CellColors, Side, SplitOutline, Structure, StructurePanel, StructurePicture, StructureView, thousands,
+    CellColors, ChartFormat, Side, SplitOutline, Structure, StructurePanel, StructurePicture, StructureView,
+    thousands,
 };
 use osp_rivals::{Bsp, BspConfig, IndexKind};
 use osp_session::scene::Scene;
@@ -51,19 +52,14 @@ fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> 
 }
 
 pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
-    let ending = ending(&args.out);
-    let is_dot = ending == "dot";
-    ensure!(
-        is_dot || ending == "svg" || ending == "png",
-        "{}: expected a name that ends in .svg, .png or .dot",
-        args.out.display()
-    );
+    let is_dot = ending(&args.out) == "dot";
     ensure!(
         !is_dot || args.shown == Shown::Tree,
         "{}: .dot is for a tree: add --as tree",
         args.out.display()
     );
-    let output = args.force.outputs().reads([&args.session.file]).add(&args.out, &[])?;
+    let output =
+        args.force.outputs().reads([&args.session.file]).add(&args.out, &[".svg", ".png", ".dot"])?;
     ensure!(
         !args.planes || (args.shown == Shown::Space && args.index.iter().all(|&index| has_planes(index))),
         "--planes: expected with --index bsp or osp-paper and a picture of cells"
@@ -106,7 +102,6 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
             (Shown::Tree, _) => StructureView::Tree,
             (Shown::Space, from) => StructureView::Space(from.side()),
         };
-        output.check()?;
         let colors = match args.colors {
             Colors::Level => CellColors::Level,
             Colors::Leaf => CellColors::Leaf,
@@ -115,7 +110,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         let ray = ray.map(|ray| (ray, hit(&ray)));
         let picture =
             StructurePicture { panels: &panels, view, scene: &scene, colors, ray, named: args.names };
-        picture.write(output.path())?;
+        output.write_by(|file| file.write_all(&picture.encode(ChartFormat::of(output.path()))?))?;
     }
     for (panel, index) in panels.iter().zip(&args.index) {
         let nodes = &panel.structure.nodes;

@@ -13,7 +13,7 @@ use super::{
 use osp::{occlusion::SelectConfig, view::View};
 use osp_lab::{
     oracle::OracleConfig,
-    report::{ShadowLook, ShadowPicture, Side, thousands},
+    report::{ChartFormat, ShadowLook, ShadowPicture, Side, thousands},
     shadows::{ShadowForm, ShadowSteps, occluder_name},
 };
 use osp_session::replay::{CameraChoice, CameraPath, Moment};
@@ -30,11 +30,6 @@ const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
 pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let ending = ending(&args.out);
     let ending = ending.as_str();
-    ensure!(
-        ["svg", "png", "gif", "dot"].contains(&ending),
-        "{}: expected a name that ends in .svg, .png, .gif or .dot",
-        args.out.display()
-    );
     let forms: &[ShadowForm] = match args.form {
         Form::Conservative => &[ShadowForm::Conservative],
         Form::Paper => &[ShadowForm::Paper],
@@ -46,7 +41,8 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         args.out.display()
     );
     ensure!(args.every.is_none() || ending == "gif", "--every: expected a name that ends in .gif");
-    let output = args.force.outputs().reads([&args.session.file]).add(&args.out, &[])?;
+    let output =
+        args.force.outputs().reads([&args.session.file]).add(&args.out, &[".svg", ".png", ".gif", ".dot"])?;
     let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
         // The default moment has no head pose, so the fixed camera determines the view.
@@ -73,10 +69,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
             let name = format!("{title}, {}", panel.step.form.name());
             output.write(panel.step.structure.to_dot(&name).as_bytes())?;
         }
-        _ => {
-            output.check()?;
-            whole.write(output.path())?;
-        }
+        _ => output.write_by(|file| file.write_all(&whole.encode(ChartFormat::of(output.path()))?))?,
     }
     if look.view.occluders.is_empty() {
         warn("warning: no polygon of this view is an occluder");

@@ -16,7 +16,7 @@ use super::{
 use osp::occlusion::Occlusion;
 use osp::occlusion::Soundness;
 #[cfg(feature = "bench")]
-use osp_lab::report::{ChartError, ChartFormat, draw_frame_times};
+use osp_lab::report::{ChartFormat, draw_frame_times};
 use osp_lab::{
     Method,
     report::{
@@ -79,8 +79,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     }
     // Writes no pins if a check has failed.
     if let Some(output) = outputs.pin.filter(|_| outcome == Outcome::Done) {
-        output.check()?;
-        new_pins.write(output.path())?;
+        output.write_by(|file| new_pins.write(file))?;
     }
     Ok(outcome)
 }
@@ -142,14 +141,12 @@ impl Files {
     fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
         let mut outputs = args.force.outputs().reads(&args.files).reads(&args.check);
         outputs = outputs.reads(&args.rig.screens.file());
-        #[cfg(feature = "bench")]
-        args.chart.as_deref().map(ChartFormat::of).transpose()?;
         let several = args.files.len() > 1;
         let charts = args.chart.iter().flat_map(|chart| {
             (1..=args.files.len()).map(move |n| if several { numbered(chart, n) } else { chart.clone() })
         });
         Ok(Self {
-            charts: charts.map(|chart| outputs.add(&chart, &[])).collect::<Result<_, _>>()?,
+            charts: charts.map(|chart| outputs.add(&chart, &[".svg", ".png"])).collect::<Result<_, _>>()?,
             csv: outputs.add_any(args.csv.as_ref(), &[])?,
             pin: args.pin.as_ref().map(|pin| outputs.adds_to(pin, &[])).transpose()?,
             trace: outputs.add_any(args.trace.as_ref(), &[])?,
@@ -166,10 +163,12 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 
 #[cfg(feature = "bench")]
 fn draw_chart(chart: &Output, report: &ReplayReport) -> anyhow::Result<()> {
-    chart.check()?;
-    match draw_frame_times(report, chart.path()) {
-        Err(nothing @ ChartError::Empty(_)) => warn(&format!("warning: {nothing}")),
-        outcome => outcome?,
+    let path = chart.path();
+    let drawn =
+        draw_frame_times(report, ChartFormat::of(path)).with_context(|| path.display().to_string())?;
+    match drawn {
+        Some(picture) => chart.write(&picture)?,
+        None => warn(&format!("warning: {}: there is no frame to draw", path.display())),
     }
     Ok(())
 }

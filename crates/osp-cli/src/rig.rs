@@ -11,9 +11,9 @@ use super::{
     outputs::ForceArgs,
     rig_args::rig_file,
 };
-#[cfg(feature = "bench")]
-use osp_lab::report::RigPlan;
 use osp_lab::report::columns_table;
+#[cfg(feature = "bench")]
+use osp_lab::report::{ChartFormat, RigPlan};
 use osp_session::rig::{Eye, Eyes, Output, Rig, Screen, Viewport};
 
 /// Check or show a rig, the screens around a tracked head.
@@ -183,8 +183,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: ForceArgs) -> anyhow::Result<
     let _ = output;
     #[cfg(feature = "bench")]
     if let Some(output) = output {
-        output.check()?;
-        RigPlan(&rig).write(output.path())?;
+        output.write_by(|file| file.write_all(&RigPlan(&rig).encode(ChartFormat::of(output.path()))?))?;
     }
     Ok(Outcome::Done)
 }

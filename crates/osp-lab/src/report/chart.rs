@@ -1,4 +1,4 @@
-use std::{collections::BTreeSet, path::Path};
+use std::{collections::BTreeSet, io};
 
 use plotters::prelude::*;
 
@@ -6,7 +6,7 @@ use super::{
     ReplayReport,
     numbers::thousands,
     palette::{LineStyle, SAMPLE_PIXELS},
-    picture::{Area, Backend, ChartError, Drawn, Picture, write},
+    picture::{Area, Backend, ChartFormat, Drawn, Picture, encode},
     printable::one_line,
     run::{Measured, RunReport},
 };
@@ -19,15 +19,13 @@ const LINE_PIXELS: u32 = 3;
 const GROUPS: u64 = 400;
 
 /// Draws the frame times over the session, a curve for each index on a logarithmic scale, with the number of polygons
-/// on the right-hand axis. The file is PNG or SVG by the ending of `path`, and is written completely or not at all.
+/// on the right-hand axis. Returns the bytes of the picture's file, or `None` if no frame was measured.
 ///
 /// # Errors
-/// The ending is another one, no frame was measured, or the file cannot be written.
-pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartError> {
-    if report.runs.iter().all(|run| run.curve().is_empty()) {
-        return Err(ChartError::Empty(path.to_owned()));
-    }
-    write(&FrameTimes(report), path, SIZE)
+/// The picture cannot be drawn.
+pub fn draw_frame_times(report: &ReplayReport, format: ChartFormat) -> io::Result<Option<Vec<u8>>> {
+    let is_empty = report.runs.iter().all(|run| run.curve().is_empty());
+    (!is_empty).then(|| encode(&FrameTimes(report), format, SIZE)).transpose()
 }
 
 struct FrameTimes<'a>(&'a ReplayReport);

@@ -44,7 +44,7 @@ pub(crate) use palette::{LineStyle, css_variables};
 #[cfg(feature = "bench")]
 pub(crate) use picture::{Area, Backend, Drawn, Picture, pixels};
 #[cfg(feature = "bench")]
-pub use picture::{ChartError, ChartFormat, Side};
+pub use picture::{ChartFormat, Side};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use printable::{one_line, printable, push_html};
 #[cfg(feature = "bench")]

@@ -1,9 +1,6 @@
 //! What pictures consist of: files, areas, outlines, words, legends, and a parallel projection.
 
-use std::{
-    error::Error,
-    path::{Path, PathBuf},
-};
+use std::{error::Error, io, path::Path};
 
 use glam::{DVec2, Vec3};
 use plotters::{
@@ -11,21 +8,8 @@ use plotters::{
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},
 };
-use thiserror::Error;
 
 use osp::math::Aabb;
-use osp_session::atomic_file::write_atomically;
-
-#[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
-pub enum ChartError {
-    #[error("{}: expected a file name ending in .png or .svg", .0.display())]
-    Ending(PathBuf),
-    #[error("{}: there is no frame to draw", .0.display())]
-    Empty(PathBuf),
-    #[error("{}: {message}", path.display())]
-    Draw { path: PathBuf, message: String },
-}
 
 /// The kinds of picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,18 +20,10 @@ pub enum ChartFormat {
 }
 
 impl ChartFormat {
-    /// The kind of picture for the ending of a file name.
-    pub fn of(path: &Path) -> Result<Self, ChartError> {
-        match path
-            .extension()
-            .map(|ending| ending.to_ascii_lowercase())
-            .as_deref()
-            .and_then(|ending| ending.to_str())
-        {
-            Some("png") => Ok(Self::Png),
-            Some("svg") => Ok(Self::Svg),
-            _ => Err(ChartError::Ending(path.to_owned())),
-        }
+    /// The kind of picture for the ending of a file name. Without a known ending, such as for a pipe, it is SVG.
+    pub fn of(path: &Path) -> Self {
+        let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+        if is_png { Self::Png } else { Self::Svg }
     }
 }
 
@@ -66,15 +42,12 @@ pub(crate) trait Picture {
 
 pub(crate) type Drawn = Result<(), Box<dyn Error>>;
 
-/// Draws a picture of this size in pixels to an `.svg` or `.png` file, which is written completely or not at all.
-pub(super) fn write(picture: &impl Picture, path: &Path, size: (u32, u32)) -> Result<(), ChartError> {
-    let format = ChartFormat::of(path)?;
-    let failed = |message: String| ChartError::Draw { path: path.to_owned(), message };
-    let bytes = encode(picture, format, size).map_err(|error| failed(error.to_string()))?;
-    write_atomically(path, |out| out.write_all(&bytes)).map_err(|error| failed(error.to_string()))
+/// The bytes of a picture's file. The size is in pixels.
+pub(super) fn encode(picture: &impl Picture, format: ChartFormat, size: (u32, u32)) -> io::Result<Vec<u8>> {
+    encoded(picture, format, size).map_err(|error| io::Error::other(error.to_string()))
 }
 
-fn encode(
+fn encoded(
     picture: &impl Picture,
     format: ChartFormat,
     (width, height): (u32, u32),

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::RunReport;
-use osp_session::{atomic_file::write_atomically, replay::SessionFingerprint, small_file};
+use osp_session::{replay::SessionFingerprint, small_file};
 
 /// Number of parts of a session, each with its own fingerprint, to locate differences between two runs.
 const PARTS: u64 = 16;
@@ -109,12 +109,14 @@ impl Pins {
         ron::from_str(&text).map_err(|e| PinError::Format { path: path.to_owned(), cause: Box::new(e) })
     }
 
-    /// Writes the file, completely or not at all.
-    pub fn write(&self, path: &Path) -> Result<(), PinError> {
+    /// Writes the text of the file.
+    ///
+    /// # Errors
+    /// `out` returns one.
+    pub fn write(&self, out: &mut dyn io::Write) -> io::Result<()> {
         let pretty = ron::ser::PrettyConfig::new().depth_limit(2);
-        let io_error = |cause| PinError::Io { path: path.to_owned(), cause };
-        let text = ron::ser::to_string_pretty(self, pretty).map_err(|e| io_error(io::Error::other(e)))?;
-        write_atomically(path, |out| writeln!(out, "{text}")).map_err(io_error)
+        let text = ron::ser::to_string_pretty(self, pretty).map_err(io::Error::other)?;
+        writeln!(out, "{text}")
     }
 
     /// The pin for the same recording and settings.

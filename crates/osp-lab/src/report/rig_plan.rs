@@ -1,11 +1,11 @@
-use std::path::Path;
+use std::io;
 
 use glam::Vec3;
 use plotters::prelude::*;
 
 use super::{
     palette::VERMILION,
-    picture::{Area, Backend, ChartError, Drawn, Picture, Plan, Side, point, write},
+    picture::{Area, Backend, ChartFormat, Drawn, Picture, Plan, Side, encode, point},
     printable::one_line,
 };
 use osp::math::Aabb;
@@ -19,12 +19,12 @@ const MARGIN: f64 = 60.0;
 pub struct RigPlan<'a>(pub &'a Rig);
 
 impl RigPlan<'_> {
-    /// Draws to an `.svg` or `.png` file, which is written completely or not at all.
+    /// The bytes of the picture's file.
     ///
     /// # Errors
-    /// The name has another ending, or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
-        write(self, path, SIZE)
+    /// The picture cannot be drawn.
+    pub fn encode(&self, format: ChartFormat) -> io::Result<Vec<u8>> {
+        encode(self, format, SIZE)
     }
 
     fn draw_side<B: Backend>(&self, title: &str, side: Side, area: &Area<B>) -> Drawn {

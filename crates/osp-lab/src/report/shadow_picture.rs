@@ -1,6 +1,6 @@
 //! Pictures of occlusion culling by shadow volumes: the window with the planes, the shadows from one side, and the tree.
 
-use std::{error::Error, path::Path};
+use std::{error::Error, io};
 
 use glam::{DVec2, DVec3};
 use plotters::prelude::*;
@@ -9,8 +9,8 @@ use super::{
     numbers::thousands,
     palette::{BLUE, INK, ORANGE},
     picture::{
-        Area, Backend, ChartError, Drawn, LegendLine, Picture, Plan, Side, fill, legend, middle, pixels,
-        point, stroke, write, write_at,
+        Area, Backend, ChartFormat, Drawn, LegendLine, Picture, Plan, Side, encode, fill, legend, middle,
+        pixels, point, stroke, write_at,
     },
     printable::one_line,
     shadow_look::{ShadowLook, ShadowPanel},
@@ -62,12 +62,12 @@ impl ShadowPicture<'_> {
         (WIDTH * self.panels.len().max(1) as u32, HEIGHTS.iter().sum())
     }
 
-    /// Draws the picture to an `.svg` or `.png` file, which is written completely or not at all.
+    /// The bytes of the picture's file.
     ///
     /// # Errors
-    /// The name does not end with `.svg` or `.png`, or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
-        write(self, path, self.size())
+    /// The picture cannot be drawn.
+    pub fn encode(&self, format: ChartFormat) -> io::Result<Vec<u8>> {
+        encode(self, format, self.size())
     }
 
     /// The pixels of the picture: red, green and blue, row by row from the top.

@@ -1,13 +1,13 @@
 //! Pictures of indexes: cells in orthographic projection over the polygons, and trees.
 
-use std::{fmt::Write, path::Path};
+use std::{fmt::Write, io};
 
 use glam::Vec3;
 use plotters::prelude::*;
 
 use super::{
     numbers::thousands,
-    picture::{Area, Backend, ChartError, Drawn, LegendLine, Picture, Plan, Side, legend, point, write},
+    picture::{Area, Backend, ChartFormat, Drawn, LegendLine, Picture, Plan, Side, encode, legend, point},
     printable::one_line,
     structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode, coordinates},
 };
@@ -70,12 +70,12 @@ pub struct StructurePicture<'a> {
 }
 
 impl StructurePicture<'_> {
-    /// Draws to an `.svg` or `.png` file, which is written completely or not at all.
+    /// The bytes of the picture's file.
     ///
     /// # Errors
-    /// The name has another ending, or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
-        write(self, path, (SIZE.0 * self.panels.len().max(1) as u32, SIZE.1))
+    /// The picture cannot be drawn.
+    pub fn encode(&self, format: ChartFormat) -> io::Result<Vec<u8>> {
+        encode(self, format, (SIZE.0 * self.panels.len().max(1) as u32, SIZE.1))
     }
 
     fn draw_panel<B: Backend>(&self, panel: &StructurePanel, area: &Area<B>) -> Drawn {

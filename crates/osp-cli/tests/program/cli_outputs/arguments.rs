@@ -180,12 +180,12 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         fs::write(folder.path().join(name), "no session").expect("written");
     }
     let mut cases = vec![
-        (&["replay", "a.ron", "--chart", "c.pdf"][..], ".png or .svg"),
-        (&["replay", "a.ron", "--chart", "c"], ".png or .svg"),
+        (&["replay", "a.ron", "--chart", "c.pdf"][..], ".svg or .png"),
+        (&["replay", "a.ron", "--chart", "c"], ".svg or .png"),
         (&["race", "a.ron", "--film", "c.mp4"], ".gif"),
-        (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
+        (&["draw-index", "a.ron", "c.jpg"], ".svg or .png or .dot"),
         (&["draw-insertion", "a.ron", "c.png"], ".gif"),
-        (&["draw-occlusion", "a.ron", "c.jpg"], ".svg, .png, .gif or .dot"),
+        (&["draw-occlusion", "a.ron", "c.jpg"], ".svg or .png or .gif or .dot"),
         (&["bake", "a.ron", "c.ron"], ".pvs"),
         (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),
         (&["synth", "scribble", "c.json"], ".ron or .ron.zst"),

@@ -73,7 +73,7 @@ fn what_does_not_fit_together_is_refused() {
     let refused = |options: &[&str]| {
         OSP.refused_in(folder.path(), ["draw-occlusion", "room.ron"].iter().chain(options))
     };
-    assert!(refused(&["o.jpg"]).contains(".svg, .png, .gif or .dot"));
+    assert!(refused(&["o.jpg"]).contains(".svg or .png or .gif or .dot"));
     assert!(refused(&["o.dot", "--form", "both"]).contains("one tree"));
     assert!(refused(&["o.png", "--every", "2"]).contains(".gif"));
     assert!(!folder.path().join("o.png").exists());
