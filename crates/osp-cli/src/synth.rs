@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 use indicatif::HumanBytes;
 
@@ -14,7 +13,7 @@ use super::{
     progress,
 };
 use osp_lab::report::thousands;
-use osp_session::recording::{Event, SynthKind, synthesize, synthesize_class};
+use osp_session::recording::{Event, SynthKind, synthesize};
 
 /// Generate a session from a seed.
 ///
@@ -23,7 +22,6 @@ use osp_session::recording::{Event, SynthKind, synthesize, synthesize_class};
 #[command(after_help = "Examples:
   osp synth room --polygons 12000 --seed 1 room.ron
   osp synth brushes --polygons 2304 brushes.ron
-  osp synth class --authors 5 --polygons 6000 class.ron
   osp synth scribble --polygons 1000000 --seed 7 long.ron.zst
 
 Kinds:
@@ -32,9 +30,7 @@ Kinds:
             through them
   scribble  long loose strokes that fill the whole 4 m volume
   brushes   a card of all brushes: each brush draws a wave, in rows (--polygons
-            2304: each brush once)
-  class     several artists (--authors) scribble at the same time; sometimes
-            an artist moves another artist's strokes")]
+            2304: each brush once)")]
 pub(super) struct SynthArgs {
     /// Kind of the session.
     #[arg(value_parser = named(&SynthKind::ALL, SynthKind::name))]
@@ -47,19 +43,12 @@ pub(super) struct SynthArgs {
     /// Seed of the random numbers; another seed gives another session of the same kind.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Number of artists in a session of kind `class`. The polygons are divided among the artists [default: 3].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
-    authors: Option<u32>,
     #[command(flatten)]
     force: ForceArgs,
 }
 
 pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
-    let session = match (args.kind, args.authors) {
-        (SynthKind::Class, Some(authors)) => synthesize_class(authors, args.polygons, args.seed),
-        (kind, None) => synthesize(kind, args.polygons, args.seed),
-        (kind, Some(_)) => bail!("--authors: only `class` has several artists; found `{kind}`"),
-    };
+    let session = synthesize(args.kind, args.polygons, args.seed);
     let output = args.force.outputs().add(&args.out, RECORDING)?;
     let mut recording = NewRecording::create(output, &session.header)?;
     let progress = progress::events(&args.out.to_string_lossy());

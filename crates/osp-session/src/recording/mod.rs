@@ -60,5 +60,5 @@ pub use ron_writer::{Flush, RonWriter};
 pub use session::Session;
 pub use sketch_extensions::SketchExtensions;
 pub use source::{EventSource, Notes};
-pub use synth::{SynthKind, synthesize, synthesize_class};
+pub use synth::{SynthKind, synthesize};
 pub use tally::Tally;

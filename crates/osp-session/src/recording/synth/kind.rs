@@ -10,16 +10,10 @@ pub enum SynthKind {
     Scribble,
     /// A sample sheet: a wave of each brush, in rows.
     Brushes,
-    /// Several artists scribble in one volume simultaneously.
-    Class,
 }
 
 impl SynthKind {
-    pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes, Self::Class];
-
-    pub const CLASS_AUTHORS: u32 = 3;
-
-    pub const MOST_AUTHORS: u32 = 64;
+    pub const ALL: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -27,7 +21,6 @@ impl SynthKind {
             Self::Room => "room",
             Self::Scribble => "scribble",
             Self::Brushes => "brushes",
-            Self::Class => "class",
         }
     }
 }

@@ -11,7 +11,6 @@
 
 mod artist;
 mod brushes;
-mod class;
 mod hand;
 mod head;
 mod kind;
@@ -27,7 +26,7 @@ pub use kind::SynthKind;
 use artist::{Artist, Subject};
 use glam::Vec3;
 
-use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
+use super::{Event, EventSource, Header, RecordingError, Root, Session};
 
 /// Edge of the modelling volume, metres.
 const VOLUME_M: f32 = 4.0;
@@ -52,25 +51,11 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
             let card = brushes::Brushes::new(polygons, seed);
             return Session { header: card.header(source), format: "synth", events: Box::new(card) };
         }
-        SynthKind::Class => return synthesize_class(SynthKind::CLASS_AUTHORS, polygons, seed),
     };
     // The session needs no later format, so programs for the first format can read it.
     let root = Some(Root { center: CENTER, size });
     let header = Header { format: 1, root, ..Header::new(kind.name(), source) };
     Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }
-}
-
-/// Returns a session of [`SynthKind::Class`] with `authors` artists. Each artist draws the same number of polygons.
-pub fn synthesize_class(authors: u32, polygons: u32, seed: u64) -> Session {
-    let authors = authors.clamp(1, SynthKind::MOST_AUTHORS);
-    let kind = SynthKind::Class;
-    let source = format!("osp synth {kind} --authors {authors} --polygons {polygons} --seed {seed}");
-    let root = Some(Root { center: CENTER, size: VOLUME_M });
-    let header = Header { format: AUTHORS_FORMAT, root, ..Header::new(kind.name(), source) };
-    let each = (polygons / authors).max(1);
-    let seed_of = |author: u32| seed.wrapping_mul(1000).wrapping_add(author.into());
-    let sessions = (1..=authors).map(|author| synthesize(SynthKind::Scribble, each, seed_of(author)));
-    Session { header, format: "synth", events: Box::new(class::Class::new(sessions)) }
 }
 
 struct Synth {

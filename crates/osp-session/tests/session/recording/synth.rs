@@ -44,8 +44,7 @@ fn the_bytes_of_a_seed_are_pinned() {
             "portrait 8c35862961818d2e",
             "room 58dffbcc130c0c1a",
             "scribble 1b5d7ec57dcad1e6",
-            "brushes 5858ea13edb33b4c",
-            "class 6f39c607ea439a35"
+            "brushes 5858ea13edb33b4c"
         ],
         "a change of these breaks every session that was made by its command: say so in the changelog"
     );
