@@ -1,8 +1,8 @@
 use std::path::PathBuf;
 
 use super::{
-    altering::Altering, drawing_aids::Aids, groups::Placing, layers::LayerChoice, occlusion_steps::StepsEdit,
-    paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
+    altering::Altering, drawing_aids::Aids, groups::Placing, layers::LayerChoice, paint_layers::LayerEdit,
+    pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -89,8 +89,6 @@ pub enum Command {
     Moment(Option<f32>),
     /// Choose which debug structures are drawn over the model.
     Layers(LayerChoice),
-    /// Edit the displayed steps of occlusion culling.
-    Steps(StepsEdit),
     /// Set how the rig's screens show the pictures for two eyes.
     Stereo(Stereo),
     /// Set whether the pictures of the two eyes are exchanged.

@@ -31,7 +31,6 @@ mod journal;
 mod jump_tests;
 mod layers;
 mod navigator;
-mod occlusion_steps;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
 mod paint_layers;
@@ -69,7 +68,6 @@ pub use groups::Placing;
 pub use journal::{Autosave, Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
 pub use layers::LayerChoice;
 pub use navigator::Navigator;
-pub use occlusion_steps::{OcclusionSteps, StepCounts, StepOccluder, StepsEdit};
 pub use paint_layers::{LayerEdit, LayerRow};
 pub use pen::{Brush, Pen, Snap};
 pub use question::{Answer, Question, Then};
@@ -82,7 +80,7 @@ pub use settings::{Settings, Theme};
 pub use stats::{FrameStage, FrameTimes, History};
 #[cfg(feature = "live")]
 pub use studio::OtherInView;
-pub use studio::{FrameReport, OccluderLabel, Studio};
+pub use studio::{FrameReport, Studio};
 pub use tool::{Span, ToolChoice};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;

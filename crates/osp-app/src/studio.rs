@@ -13,7 +13,6 @@ use super::{
     journal::{Autosaves, Unwritten},
     layers::LayerChoice,
     navigator::Navigator,
-    occlusion_steps::OcclusionSteps,
     room::{Room, RoomView},
     session::{Opened, Replay, Session},
     spans::Part,
@@ -35,20 +34,19 @@ use osp_session::{
     scene::Stroke,
 };
 
+#[cfg(feature = "live")]
 mod on_screen;
 #[cfg(feature = "live")]
 mod others;
 mod overlay;
 mod parts;
 mod state;
-mod steps;
 
 #[cfg(feature = "live")]
 pub use others::OtherInView;
 pub use parts::FrameReport;
 pub(super) use parts::Pending;
 use parts::{Input, Shown, Work};
-pub use steps::OccluderLabel;
 
 const READ_ONLY_MESSAGE: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
@@ -69,7 +67,6 @@ pub struct Studio {
     pub(super) frozen: Option<Vec<View>>,
     pub(super) room: Room,
     pub(super) layers: LayerChoice,
-    pub(super) steps: Option<OcclusionSteps>,
     /// The fixed time of animated brushes, seconds; `None` if time runs.
     pub(super) moment_s: Option<f32>,
     pub(super) follows_replay_camera: bool,
@@ -104,7 +101,6 @@ impl Studio {
             frozen: None,
             room: Room::default(),
             layers: LayerChoice::default(),
-            steps: None,
             moment_s: None,
             follows_replay_camera: true,
             messages: Vec::new(),
@@ -132,7 +128,6 @@ impl Studio {
         self.session.take_changes(&mut Vec::new());
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.input.take_session();
-        self.forget_steps();
         self.frozen = None;
         let bounds = self.session.bounds();
         self.culling.take_indexed(indexed, self.session.scene(), &bounds);
@@ -269,7 +264,6 @@ impl Studio {
         let is_resting = self.input.gestures.resting.is_some();
         is_resting
             .then_some(Duration::from_millis(50))
-            .or(self.steps_wait().then_some(Duration::from_millis(50)))
             .or(self.is_working().then_some(Duration::from_millis(250)))
             .or(self.hands_may_rest().then_some(Duration::from_millis(300)))
     }
@@ -415,7 +409,6 @@ impl Studio {
         };
         let record = self.culling.frame(self.session.scene(), &self.changes, cull_views);
         self.find_culled();
-        self.follow_steps();
         self.draw_lines(size_px);
         self.draw_patterns();
         self.shown.report = FrameReport {

@@ -2,7 +2,6 @@ use std::path::Path;
 
 use crate::{
     command::Command,
-    occlusion_steps::StepsEdit,
     question::Then,
     session::{Jump, Opening, Replay},
     studio::Studio,
@@ -62,7 +61,6 @@ impl Studio {
             Command::CancelGesture => self.is_dragging(),
             Command::SelectNone => !self.input.selection.is_empty(),
             Command::Save | Command::SaveAs(_) => !self.session.is_replay(),
-            Command::Steps(edit) => matches!(edit, StepsEdit::Show(_)) || self.steps.is_some(),
             Command::SwapEyes(_)
             | Command::EyeSeparation(_)
             | Command::TestPattern(_)
@@ -183,7 +181,6 @@ impl Studio {
             Command::FrustumCulling(culls) => self.culling.culls_by_frustum = culls,
             Command::Moment(moment_s) => self.moment_s = moment_s,
             Command::Layers(layers) => self.layers = layers,
-            Command::Steps(edit) => self.edit_steps(edit),
             Command::Stereo(stereo) => self.room.stereo = stereo,
             Command::SwapEyes(swaps) => self.room.swaps_eyes = swaps,
             Command::EyeSeparation(separation_m) => self.room.set_eye_separation_m(separation_m),
@@ -224,11 +221,7 @@ impl Studio {
 
     fn switch_index(&mut self, kind: IndexKind, occlusion: Method) {
         // The whole scene is inserted below, including the changes that were pending for the old index.
-        let known = self.pending.changes.len();
         self.session.take_changes(&mut self.pending.changes);
-        if self.pending.changes.len() > known {
-            self.forget_steps();
-        }
         let bounds = self.session.bounds();
         self.culling.reindex(kind, occlusion, self.session.scene(), &bounds);
     }
@@ -334,7 +327,6 @@ impl Studio {
     fn take_jump(&mut self, jump: Jump) {
         // The index is updated immediately, because after another jump the scene may lack these polygons.
         self.culling.follow(self.session.scene(), &jump.changes);
-        self.forget_steps();
         let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
         self.pending.keep = Some(keep);
         self.pending.changes.extend(jump.moved.into_iter().map(osp::polygon::Change::Update));

@@ -58,9 +58,6 @@ impl Studio {
             let shadows = self.culling.shadows();
             layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.shown.lines);
         }
-        if let Some(steps) = &self.steps {
-            steps.draw(scene, &self.session.bounds(), &mut self.shown.lines);
-        }
         self.shown.cut = None;
         if self.layers.cut {
             let frustum = culled_from.frustum();

@@ -4,7 +4,6 @@ use crate::{
     command::Command,
     drawing_aids::Aids,
     layers::LayerChoice,
-    occlusion_steps::StepsEdit,
     studio::Studio,
     ui::{
         keys, numbers,
@@ -29,7 +28,6 @@ pub(super) enum Action {
     TogglePlay,
     TogglePanel,
     TogglePyramid,
-    ToggleSteps,
     ToggleStraight,
     ToggleMirror,
     ToggleScreenWidth,
@@ -78,7 +76,6 @@ impl Action {
                 Command::Play(!studio.session().replay().is_some_and(|replay| replay.is_playing()))
             }
             Self::TogglePyramid => Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }),
-            Self::ToggleSteps => Command::Steps(StepsEdit::Show(studio.steps().is_none())),
             Self::ToggleStraight => Command::Aids(Aids { straight: !aids.straight, ..aids }),
             Self::ToggleMirror => {
                 let mirror_x = if aids.mirror_x.is_none() { Some(0.0) } else { None };

@@ -16,7 +16,6 @@ use super::{
     help::{Help, LESSON},
     keys, menu,
     numbers::{self, Measured},
-    occlusion_steps,
     paint_layers::LayerList,
     panel_commands::PanelCommands,
     questions,
@@ -192,13 +191,6 @@ impl Interface {
                     .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut panel_commands));
             });
         }
-        if let Some(steps) = studio.steps() {
-            Panel::bottom("occlusion steps").resizable(false).show(ui, |ui| {
-                let is_frozen = studio.is_frozen();
-                ScrollArea::horizontal()
-                    .show(ui, |ui| occlusion_steps::show(ui, steps, is_frozen, &mut panel_commands));
-            });
-        }
         let is_aside = self.dialog.is_some() || studio.question().is_some();
         if let Some(calibrating) = self.calibrating.as_mut().filter(|_| !is_aside) {
             let goes_on = calibrating.show(ui.ctx(), studio, &mut panel_commands);
@@ -228,7 +220,6 @@ impl Interface {
         if panel_commands.panel {
             self.numbers(ui, area, studio, &mut panel_commands);
         }
-        occlusion_steps::show_names(ui, area, studio);
         #[cfg(feature = "live")]
         others::show(ui, area, studio);
         if panel_commands.help {

@@ -7,7 +7,6 @@ use super::{
 use crate::{
     altering::Altering,
     command::Command,
-    occlusion_steps::StepsEdit,
     paint_layers::LayerEdit,
     tool::{Span, ToolChoice},
 };
@@ -160,9 +159,6 @@ pub(super) static TOPICS: &[(&str, &[Shortcut])] = &[
             key(Key::O, "next occlusion method", Action::NextOcclusion),
             key(Key::F2, "show or hide the culling panel", Action::TogglePanel),
             key(Key::F3, "show the depth pyramid of hzb, or the picture", Action::TogglePyramid),
-            key(Key::F4, "occlusion, step by step", Action::ToggleSteps),
-            key(Key::N, "occlusion: next step", Do(Command::Steps(StepsEdit::By(1)))),
-            key(Key::P, "occlusion: previous step", Do(Command::Steps(StepsEdit::By(-1)))),
         ],
     ),
 ];

@@ -144,8 +144,6 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, panel_commands: &
     entry(ui, "Full screen", Action::ToggleFullscreen, studio, panel_commands);
     let panel = if panel_commands.panel { "Hide culling panel" } else { "Show culling panel" };
     entry(ui, panel, Action::TogglePanel, studio, panel_commands);
-    let steps = if studio.steps().is_some() { "Hide occlusion steps" } else { "Show occlusion steps" };
-    entry(ui, steps, Action::ToggleSteps, studio, panel_commands);
     ui.separator();
     ui.menu_button("Theme", |ui| {
         for theme in Theme::ALL {

@@ -16,7 +16,6 @@ mod interface;
 mod keys;
 mod menu;
 mod numbers;
-mod occlusion_steps;
 #[cfg(feature = "live")]
 mod others;
 mod paint_layers;

@@ -7,7 +7,6 @@ use super::{
 };
 use crate::{
     command::Command,
-    occlusion_steps::StepsEdit,
     stats::{FrameStage, History},
     studio::Studio,
 };
@@ -228,8 +227,6 @@ fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
     }
     ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
-    let steps = switch(ui, studio.steps().is_some(), "occlusion, step by step (F4)", "");
-    panel_commands.commands.extend(steps.map(|shows| Command::Steps(StepsEdit::Show(shows))));
     ui.checkbox(&mut layers.cut, "polygons that the frustum cuts");
     if let Some((inside, cut)) = studio.inside_and_cut() {
         ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));

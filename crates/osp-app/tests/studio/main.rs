@@ -17,7 +17,6 @@ mod kept_views;
 mod limits;
 mod looking;
 mod menus;
-mod occlusion_steps;
 mod paint_layers;
 mod panel;
 mod rigs;

@@ -1,9 +1,9 @@
-use super::structure::{ShadowHolds, ShadowStructure};
+use super::structure::ShadowStructure;
 use osp::{
     math::Aabb,
     occlusion::{
         OcclusionCuller, ShadowVolume, Verdict,
-        kernels::{Node, ShadowTree, node_budget},
+        kernels::{ShadowTree, node_budget},
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     view::ViewWindow,
@@ -87,29 +87,9 @@ pub struct ShadowStep {
 }
 
 impl ShadowStep {
-    /// The plane that this step adds, with the two cells beside it; `None` in the step without planes.
-    pub fn latest(&self) -> Option<&Node> {
-        let latest = self.structure.planes.checked_sub(1)?;
-        Some(self.first.node(latest as u32))
-    }
-
     /// Whether these planes prove that a box, world space, is hidden.
     pub fn hides(&self, bounds: &Aabb) -> bool {
         self.first.test_box(bounds).verdict == Verdict::Hidden
-    }
-
-    /// The numbers of the occluders that have a plane or a shadow in this step, in increasing order.
-    pub fn taken(&self) -> Vec<usize> {
-        let mut taken: Vec<usize> = Vec::new();
-        for node in &self.structure.nodes {
-            match &node.holds {
-                ShadowHolds::Plane { occluder, .. } => taken.extend(*occluder),
-                ShadowHolds::Leaf { occluders } => taken.extend(occluders),
-            }
-        }
-        taken.sort_unstable();
-        taken.dedup();
-        taken
     }
 }
 
@@ -117,7 +97,10 @@ impl ShadowStep {
 mod tests {
     use glam::Vec3;
 
-    use super::{super::structure::ShadowNode, *};
+    use super::{
+        super::structure::{ShadowHolds, ShadowNode},
+        *,
+    };
     use osp::view::{Projection, View};
 
     /// The first planes of a square in the middle of the window, two metres away.

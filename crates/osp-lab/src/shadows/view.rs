@@ -1,14 +1,11 @@
-use super::{
-    steps::{ShadowForm, ShadowStep, ShadowSteps},
-    structure::{ShadowHolds, occluder_name},
-};
+use super::steps::{ShadowForm, ShadowStep, ShadowSteps};
 use crate::{
     oracle::{Oracle, OracleConfig, Sight},
     verify::subjects,
 };
 use osp::{
     math::Containment,
-    occlusion::{OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, kernels::Side},
+    occlusion::{OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume},
     polygon::{Change, PolygonId},
     view::{View, ViewWindow},
 };
@@ -60,43 +57,5 @@ impl ShadowView {
     /// A tree of the occluders, cut to its first `planes` planes. O(planes * occluders).
     pub fn step(&self, steps: &ShadowSteps, planes: usize) -> ShadowStep {
         steps.step(planes, &self.window, &self.occluders)
-    }
-
-    /// One line on what a step of the occluders' tree does.
-    pub fn line(&self, step: &ShadowStep) -> String {
-        let all = step.planes_in_all;
-        let Some(latest) = step.latest() else {
-            return format!("Plane 0 of {all}: the window is one cell, and nothing is hidden");
-        };
-        let nodes = &step.structure.nodes;
-        let number = step.structure.planes;
-        let found = nodes.iter().find_map(|node| match &node.holds {
-            ShadowHolds::Plane { number: of, occluder, cut } if *of + 1 == number => {
-                Some((node.parent, *occluder, cut.is_some()))
-            }
-            _ => None,
-        });
-        let Some((parent, occluder, cuts)) = found else {
-            return format!("Plane {number} of {all}: no branch of the tree leads to it");
-        };
-        let whose = occluder.and_then(|of| {
-            let volume = self.occluders.get(of)?;
-            let side = volume.sides().iter().position(|side| *side == latest.normal)?;
-            let (name, share, sides) = (occluder_name(of), 100.0 * self.share(volume), volume.sides().len());
-            Some(format!("side {} of {sides} of occluder {name}, {share:.1} % of the window,", side + 1))
-        });
-        let whose = whose.unwrap_or("a side of no occluder".to_owned());
-        let cell = parent.map(|(above, side)| match (&nodes[above].holds, side) {
-            (ShadowHolds::Plane { number, .. }, Side::Front) => {
-                format!("the cell in front of plane {}", number + 1)
-            }
-            (ShadowHolds::Plane { number, .. }, Side::Back) => {
-                format!("the cell behind plane {}", number + 1)
-            }
-            (ShadowHolds::Leaf { .. }, _) => "a cell".to_owned(),
-        });
-        let cell = cell.unwrap_or("the window".to_owned());
-        let what = if cuts { format!("splits {cell}") } else { format!("leaves {cell} whole") };
-        format!("Plane {number} of {all}: {whose} {what}")
     }
 }
