@@ -5,10 +5,8 @@
 //!
 //! The model is synthetic, or the final model of a session. The camera turns. Each frame removes sixteen polygons, and
 //! inserts the polygons that the previous frame removed. Each frame measures all methods, in rotating order; they share
-//! the polygons on the adapter. `detail` and `light` are not methods of occlusion culling: `detail` draws distant
-//! polygons merged, and `light` draws light beyond its budget at half resolution. A frame draws one picture of 1,920 x
-//! 1,080 pixels, or two pictures of 2,000 x 2,000 pixels for a headset. `--mono` omits the headset. At the headset's
-//! 90 Hz, a frame has 11.1 ms.
+//! the polygons on the adapter. A frame draws one picture of 1,920 x 1,080 pixels, or two pictures of 2,000 x 2,000
+//! pixels for a headset. `--mono` omits the headset. At the headset's 90 Hz, a frame has 11.1 ms.
 //!
 //! Three counts predict the times on other adapters: the vertices, the tests and the bytes sent by the CPU in a frame.
 
@@ -50,40 +48,6 @@ const CAMERAS: [(CameraChoice, f32, &str); 3] = [
 ];
 /// Vertices of a polygon; its two triangles share two vertices.
 const VERTICES: u64 = 4;
-
-/// The setting of a row of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Setting {
-    /// A method of occlusion culling.
-    Culling(Method),
-    /// Merged polygons far away.
-    Detail,
-    /// A budget of light.
-    Light,
-}
-
-impl Setting {
-    /// Reads the name of a setting.
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "detail" => Some(Self::Detail),
-            "light" => Some(Self::Light),
-            _ => Method::all().find(|method| method.name() == name).map(Self::Culling),
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Culling(method) => method.name(),
-            Self::Detail => "detail",
-            Self::Light => "light",
-        }
-    }
-
-    fn method(self) -> Method {
-        if let Self::Culling(method) = self { method } else { Method::NONE }
-    }
-}
 
 /// The pictures of a frame.
 struct Pictures {
@@ -273,7 +237,7 @@ struct Wanted {
     sizes: Vec<u32>,
     /// Sessions in place of synthetic models.
     files: Vec<PathBuf>,
-    methods: Vec<Setting>,
+    methods: Vec<Method>,
     frames: usize,
     /// Whether to measure only the first of [`PICTURES`].
     is_mono: bool,
@@ -289,13 +253,7 @@ impl Wanted {
                 vec![10_000, 100_000, 1_000_000, 10_000_000]
             },
             files: Vec::new(),
-            methods: vec![
-                Setting::Culling(Method::NONE),
-                Setting::Detail,
-                Setting::Culling(Method::Hzb),
-                Setting::Culling(Occlusion::Auto.into()),
-                Setting::Culling(Occlusion::Msvbsp.into()),
-            ],
+            methods: vec![Method::NONE, Method::Hzb, Occlusion::Auto.into(), Occlusion::Msvbsp.into()],
             frames: if is_software { 12 } else { 360 },
             is_mono: false,
         };
@@ -309,7 +267,7 @@ impl Wanted {
                 "--mono" => wanted.is_mono = true,
                 "--methods" => {
                     let found = |name: &str| {
-                        Setting::named(name).ok_or(format!("--methods: no method is called `{name}`"))
+                        Method::from_name(name).ok_or(format!("--methods: no method is called `{name}`"))
                     };
                     wanted.methods = value()?.split(',').map(found).collect::<Result<_, _>>()?;
                 }
@@ -369,11 +327,9 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
             for (number, &method) in wanted.methods.iter().enumerate() {
                 let first_view = number * pictures.eyes.len();
                 for view in first_view..first_view + pictures.eyes.len() {
-                    drawer.set_detail_of(view, method == Setting::Detail);
-                    drawer.set_light_budget_of(view, method == Setting::Light);
-                    drawer.set_occlusion_of(view, method.method().while_drawing())?;
+                    drawer.set_occlusion_of(view, method.while_drawing())?;
                 }
-                lanes.push(Measured::new(method.method(), scene, &bounds, first_view)?);
+                lanes.push(Measured::new(method, scene, &bounds, first_view)?);
             }
             for frame in 0..WARM_UP + wanted.frames {
                 // Inserts the polygons that the previous frame removed.

@@ -77,8 +77,6 @@ pub(super) struct Painter {
     opened: Reading,
     /// Whether the animation is stopped.
     is_still: bool,
-    /// Whether strokes far away are drawn with fewer polygons.
-    pub(super) merges: bool,
     draw_ns: u64,
     /// The GPU culling method that the adapter refused last, and the reason.
     cannot_cull: Option<(GpuOcclusion, String)>,
@@ -121,7 +119,6 @@ impl Painter {
             clock: StageClock::default(),
             opened: StageClock::default().start(),
             is_still: false,
-            merges: false,
             draw_ns: 0,
             cannot_cull: None,
         })
@@ -316,9 +313,6 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        let picture = self.merges.then_some((width, height));
-        self.renderer.set_light_budget(&mut pane.slot, picture);
-        self.renderer.set_detail(&mut pane.slot, picture);
         let wanted = studio.culling().plan.occlusion.while_drawing();
         let is_refused = self.cannot_cull.as_ref().is_some_and(|(refused, _)| *refused == wanted);
         let wanted = if is_refused { GpuOcclusion::None } else { wanted };

@@ -418,7 +418,6 @@ impl App {
         };
         self.opening = None;
         let mut painter = painter?;
-        painter.merges = self.options.merges;
         if let Some(studio) = &mut self.studio {
             match open_walls(event_loop, studio, &window, &mut painter) {
                 Ok(remark) => remark.into_iter().for_each(|remark| studio.show_message(remark)),

@@ -7,9 +7,6 @@ use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::replay::CameraChoice;
 
-/// Names of the levels of detail.
-pub(super) const DETAILS: [&str; 2] = ["full", "auto"];
-
 pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(Method::all().map(Method::name))
         .try_map(|name| Method::from_name(&name).ok_or_else(|| format!("no method is called {name}")))

@@ -62,16 +62,6 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         let name = args.occlusion.name();
         bail!("--order needs frames that the CPU culls: --occlusion {name} has its own order");
     }
-    let is_coarse = args.detail == "auto";
-    if is_coarse && args.occlusion.is_while_drawing() {
-        let name = args.occlusion.name();
-        bail!(
-            "--detail auto needs frames that the CPU culls: --occlusion {name} draws every polygon in full"
-        );
-    }
-    if is_coarse && (painter.is_some() || !args.order.is_empty()) {
-        bail!("--detail auto changes pixels: --painter and --order compare pictures of all polygons");
-    }
     let gpu = Arc::new(Gpu::headless()?);
     // Occlusion culling and a rig's room need the frames before the picture.
     let is_still = args.every.is_none() && matches!(args.frame, FrameChoice::Last);
@@ -92,7 +82,6 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     };
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
-    drawer.set_detail(is_coarse);
     drawer.renderer.set_environment(environment.as_deref());
     drawer.renderer.set_time(args.shown.time);
     drawer.renderer.set_colors(args.colors());
@@ -211,15 +200,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 let mut compare = |image: &Image, when: &str| {
                     let Some(whole) = &whole else { return };
                     let (frame, differing) = (moment.frame, whole.differing_pixels(image));
-                    if is_coarse {
-                        let unlike = image.unlike_pixels(whole);
-                        warn(&format!(
-                            "frame {frame}{of}: merging changes {differing} pixels, {unlike} of them unexplained"
-                        ));
-                        if unlike * ONE_UNEXPLAINED_IN > image.rgba().len() / 4 {
-                            outcome = Outcome::CheckFailed;
-                        }
-                    } else if differing > 0 {
+                    if differing > 0 {
                         warn(&format!("frame {frame}{of}{when}: culling changes {differing} pixels"));
                         outcome = Outcome::CheckFailed;
                     }
@@ -233,11 +214,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
                 let path = shown.path(&wanted.path(args, moment.frame));
                 outputs.write_picture(&path, &image)?;
-                let mut line = line(moment.frame, scene, ids, &times, &path);
-                if is_coarse {
-                    line += &format!("; {} after merging", thousands(times.listed));
-                }
-                print_result(&line)?;
+                print_result(&line(moment.frame, scene, ids, &times, &path))?;
                 compare(&image, "");
             }
         } else if has_occlusion {
@@ -258,14 +235,11 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             warn(&format!("as a video: {}", one_line(&ffmpeg_command(folder, &ending, VIDEO_RATE))));
         }
     }
-    if args.check && args.painter.is_none() && !is_coarse && outcome == Outcome::Done {
+    if args.check && args.painter.is_none() && outcome == Outcome::Done {
         warn("culling changes no pixel");
     }
     Ok(outcome)
 }
-
-/// With `--detail auto`, one in this number of pixels may be unexplained: overlapping strokes may swap their order.
-const ONE_UNEXPLAINED_IN: usize = 1000;
 
 /// Frame rate in the command that --every prints for a video.
 const VIDEO_RATE: u32 = 30;

@@ -14,7 +14,7 @@ use clap::{Command, FromArgMatches};
 use super::{
     numbers,
     outputs::ForceArgs,
-    parsers::{DETAILS, Size, index_parser, occlusion_parser},
+    parsers::{Size, index_parser, occlusion_parser},
     played::FrameChoice,
     reading::ReadArgs,
     rig_args::RigPathArgs,
@@ -49,7 +49,6 @@ pub(super) const MOMENT_S: f32 = 11.5;
   osp render recordings/room.ron room.png --painter bsp --check
   osp render sketch.tilt sketch.png --order all
   osp render recordings/class.ron class.png --color-by authors
-  osp render sketch.tilt small.png --size 320x180 --detail auto
   osp render room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
 With --rig osp writes a picture for each screen and eye: room-front-right-eye.png is the picture on the screen \
@@ -87,12 +86,7 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Level of detail. `full` draws every polygon. `auto` merges neighbouring quads of an opaque stroke if no point
-    /// moves by more than half a pixel. It is faster if the model is far away.
-    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
-    pub(super) detail: String,
-    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs. With --detail auto it is 1
-    /// if more than one pixel in 1,000 is unexplained (see below).
+    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs.
     #[arg(long)]
     pub(super) check: bool,
     /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the

@@ -128,7 +128,6 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         size: args.window,
         tracker: args.tracker.clone(),
         tracker_options,
-        merges: args.detail == "auto",
         trace: args.trace.clone(),
         settings: Some(Settings::default_path()),
     };

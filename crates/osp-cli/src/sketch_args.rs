@@ -7,7 +7,6 @@ use clap::Args;
 use super::{
     join_args::{self, ServerArgs},
     numbers,
-    parsers::DETAILS,
     reading::{LimitArgs, ReadArgs},
     rig_args::RigArgs,
 };
@@ -60,11 +59,6 @@ pub(super) struct SketchArgs {
     /// The session to continue, or a new one (.ron). osp opens a copy of a session that is write-protected, has another
     /// format, or was not drawn with `osp sketch`.
     pub(super) file: Option<PathBuf>,
-    /// Level of detail. `auto` merges neighbouring quads of an opaque stroke if no point moves by more than half a
-    /// pixel. If light covers more than four times the picture's pixels, `auto` draws the largest polygons of light at
-    /// half resolution.
-    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
-    pub(super) detail: String,
     #[command(flatten)]
     pub(super) rig: RigArgs,
     /// Width and height of the window, in points.

@@ -36,19 +36,6 @@ impl Chunks {
         }
     }
 
-    /// Creates an empty store whose chunks have the same size and layout.
-    pub(super) fn alike(&self) -> Self {
-        let (placeholder, layout) = (self.placeholder.clone(), self.layout.clone());
-        Self {
-            len: self.len,
-            buffers: Vec::new(),
-            is_free: Vec::new(),
-            pages: Vec::new(),
-            placeholder,
-            layout,
-        }
-    }
-
     /// The bind group of a page, which consists of [`CHUNKS_A_PAGE`] consecutive chunks; `None` if the page does not
     /// exist.
     pub(super) fn page(&self, page: u32) -> Option<&wgpu::BindGroup> {

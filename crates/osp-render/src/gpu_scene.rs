@@ -5,15 +5,10 @@ use wgpu::util::DeviceExt as _;
 use super::{
     Classes, Gpu,
     chunks::{Chunks, FIRST_LEN},
-    detail::{Detail, MERGED_PAGES, MergedQuads},
     gpu::CHUNKS_A_PAGE,
     record::{Colors, DrawClass, PolygonRecord},
-    run::CLUSTER,
 };
-use osp::{
-    polygon::{Change, PolygonId, SpaceId, bits},
-    view::View,
-};
+use osp::polygon::{Change, PolygonId, SpaceId, bits};
 use osp_session::scene::Scene;
 
 /// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them. Sending 96
@@ -48,8 +43,6 @@ pub(super) struct GpuScene {
     pub(super) is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
-    /// `None` before [`GpuScene::want_merged`].
-    merged: Option<MergedQuads>,
 }
 
 impl GpuScene {
@@ -69,7 +62,6 @@ impl GpuScene {
             is_animated: false,
             scratch: Vec::new(),
             colors: Colors::Own,
-            merged: None,
         }
     }
 
@@ -102,11 +94,7 @@ impl GpuScene {
 
     /// Binds the polygons of a page, and the indices. Returns `false` if the page does not exist.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, page: u32) -> bool {
-        let page = match (page.checked_sub(MERGED_PAGES), &self.merged) {
-            (Some(page), Some(merged)) => merged.page(page),
-            _ => self.chunks.page(page),
-        };
-        let Some(page) = page else { return false };
+        let Some(page) = self.chunks.page(page) else { return false };
         pass.set_bind_group(1, page, &[]);
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         true
@@ -121,7 +109,7 @@ impl GpuScene {
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        self.chunks.bytes() + self.merged.as_ref().map_or(0, MergedQuads::bytes)
+        self.chunks.bytes()
     }
 
     pub(super) fn classes_of(&self, first: usize) -> Classes {
@@ -145,9 +133,6 @@ impl GpuScene {
         if id.index() < self.uploaded {
             bits::insert(&mut self.moved, id.index());
             self.any_moved = true;
-            if let Some(merged) = &mut self.merged {
-                merged.note(id.index());
-            }
         }
     }
 
@@ -164,29 +149,6 @@ impl GpuScene {
         self.has_brushes &= count > 0;
         self.is_animated &= count > 0;
         self.uploaded = count;
-        if let Some(merged) = &mut self.merged {
-            merged.truncate(count);
-        }
-    }
-
-    /// Creates the store of merged quads, if it does not exist. [`GpuScene::merge`] fills it.
-    pub(super) fn want_merged(&mut self) {
-        if self.merged.is_none() {
-            self.merged = Some(MergedQuads::new(&self.chunks, self.uploaded));
-        }
-    }
-
-    /// Merges the polygons of at most `most` new or changed clusters; returns the number of bytes sent.
-    pub(super) fn merge(&mut self, gpu: &Gpu, scene: &Scene, most: usize) -> u64 {
-        let Some(mut merged) = self.merged.take() else { return 0 };
-        let bytes = merged.send(gpu, scene, self.colors, most, |first| self.classes_of(first));
-        self.merged = Some(merged);
-        bytes
-    }
-
-    /// The detail of a view in a picture of `size` pixels; `None` before [`GpuScene::want_merged`].
-    pub(super) fn detail(&self, view: &View, size: (u32, u32)) -> Option<Detail<'_>> {
-        self.merged.as_ref().map(|merged| Detail::new(merged, view, size))
     }
 
     /// Sends polygons that are new or have moved; returns the number of bytes sent.
@@ -219,9 +181,6 @@ impl GpuScene {
                 }
             }
             bytes += self.send(gpu, scene, self.uploaded..count);
-            if let Some(merged) = &mut self.merged {
-                (self.uploaded / CLUSTER..count.div_ceil(CLUSTER)).for_each(|i| merged.note(i * CLUSTER));
-            }
             self.uploaded = count;
         }
         bytes

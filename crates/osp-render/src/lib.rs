@@ -26,7 +26,6 @@
 mod backdrop;
 mod chunks;
 mod descriptors;
-mod detail;
 mod draw_switch;
 mod error;
 mod finish;
@@ -36,7 +35,6 @@ mod gpu_occlusion;
 mod gpu_scene;
 mod hzb;
 mod image;
-mod light;
 mod lines;
 mod listing;
 mod offscreen;

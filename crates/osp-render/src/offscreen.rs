@@ -29,11 +29,9 @@ pub struct DrawTimes {
     /// Number of bytes sent for the view and for the numbers of the polygons to draw.
     pub list_bytes: u64,
     pub draw_calls: u64,
-    /// Number of polygons in the draw list, four vertices each. A merged quad counts once. Frames that are culled on
-    /// the GPU count only transparent and additive polygons.
+    /// Number of polygons in the draw list, four vertices each. Frames that are culled on the GPU
+    /// count only transparent and additive polygons.
     pub listed: u64,
-    /// Number of polygons in the draw list that are drawn at half resolution, because the light exceeds its budget.
-    pub at_half_resolution: u64,
 }
 
 fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
@@ -129,26 +127,6 @@ impl Offscreen {
             .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
     }
 
-    /// Sets whether all views merge neighbouring quads if no point of the picture then moves by half a pixel; see
-    /// [`Renderer::set_detail`].
-    pub fn set_detail(&mut self, is_auto: bool) {
-        for number in 0..self.sights.len() {
-            self.set_detail_of(number, is_auto);
-        }
-    }
-
-    /// Does the same as [`Offscreen::set_detail`] for view number `number`.
-    pub fn set_detail_of(&mut self, number: usize, is_auto: bool) {
-        let Sight { slot, target, .. } = &mut self.sights[number];
-        self.renderer.set_detail(slot, is_auto.then(|| target.size()));
-    }
-
-    /// Sets whether the light of view number `number` has a budget; see [`Renderer::set_light_budget`].
-    pub fn set_light_budget_of(&mut self, number: usize, has_budget: bool) {
-        let Sight { slot, target, .. } = &mut self.sights[number];
-        self.renderer.set_light_budget(slot, has_budget.then(|| target.size()));
-    }
-
     /// Draws a frame of the first view and waits for the GPU. A view whose aspect differs from the picture's is
     /// stretched; see [`View::with_aspect`].
     pub fn draw(
@@ -200,7 +178,6 @@ impl Offscreen {
             for EyePicture { slot, .. } in together {
                 times.draw_calls += self.renderer.draw_calls(together[0].slot, slot);
                 times.listed += self.renderer.listed(together[0].slot, slot);
-                times.at_half_resolution += self.renderer.at_half_resolution(slot);
             }
         }
         let commands = encoder.finish();

@@ -1,7 +1,6 @@
 use glam::Vec3;
 
 use super::{
-    detail::{Coarsened, Detail, MERGED_PAGES},
     listing::{Handles, List, Numbers, SpanBits, Walk},
     opaque_order::{self, OpaqueOrder},
     run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run, push},
@@ -47,13 +46,9 @@ pub struct DrawOrder {
     pub(super) handles: Vec<Handle>,
     /// The cluster masks of each page: ranges of [`DrawOrder::handles`].
     pub(super) handle_runs: Vec<HandleRun>,
-    /// Numbers of merged quads, until [`DrawOrder::finish`] appends them to `ids`.
-    quads: Vec<PolygonId>,
     /// Numbers and runs of additive polygons, until [`DrawOrder::finish`] appends them to `ids` and `runs`.
     additive: Vec<PolygonId>,
     additive_runs: Vec<Run>,
-    /// Runs of additive polygons that are drawn at half resolution.
-    pub(super) half_runs: Vec<Run>,
     /// For each transparent polygon: squared distance from the eye, as float bits that sort like the value; style; number.
     transparent: Vec<(u32, u32, u32)>,
 }
@@ -131,10 +126,8 @@ impl DrawOrder {
         self.span_bits.clear();
         self.handles.clear();
         self.handle_runs.clear();
-        self.quads.clear();
         self.additive.clear();
         self.additive_runs.clear();
-        self.half_runs.clear();
         self.transparent.clear();
     }
 
@@ -150,13 +143,12 @@ impl DrawOrder {
         page_len: usize,
         classes_of: impl Fn(usize) -> Classes,
     ) {
-        self.add_with(scene, polygons, Part::Whole, style, eye_in_world, page_len, classes_of, None);
+        self.add_part(scene, polygons, Part::Whole, style, eye_in_world, page_len, classes_of);
     }
 
-    /// Does the same as [`DrawOrder::add`] for a part of the polygons. With `detail` and [`Listing::Ids`], merged quads replace opaque polygons if
-    /// the difference is below half a pixel.
-    #[expect(clippy::too_many_arguments, reason = "two arguments more than `add`")]
-    pub(super) fn add_with(
+    /// Does the same as [`DrawOrder::add`] for a part of the polygons.
+    #[expect(clippy::too_many_arguments, reason = "one argument more than `add`")]
+    pub(super) fn add_part(
         &mut self,
         scene: &Scene,
         polygons: &VisibleBlocks,
@@ -165,11 +157,10 @@ impl DrawOrder {
         eye_in_world: Vec3,
         page_len: usize,
         classes_of: impl Fn(usize) -> Classes,
-        detail: Option<Detail<'_>>,
     ) {
         debug_assert!(page_len.is_multiple_of(CLUSTER));
         let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
-        let Self { additive, additive_runs, transparent, quads, .. } = self;
+        let Self { additive, additive_runs, transparent, .. } = self;
         let lists = [part != Part::Own, part != Part::Common];
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent, lists };
         // Only the first style has spans, because the spans share one set of bits, and a polygon may have several styles.
@@ -182,13 +173,7 @@ impl DrawOrder {
             Listing::Ids => {
                 let bits = spans.map(|bits| (bits, scene.polygon_count()));
                 let sink = Numbers::new(ids, runs, style, Blend::Opaque, bits);
-                match detail {
-                    Some(detail) => {
-                        let sink = Coarsened { numbers: sink, detail, quads };
-                        Walk { list, sink, additive }.run();
-                    }
-                    None => Walk { list, sink, additive }.run(),
-                }
+                Walk { list, sink, additive }.run();
             }
             Listing::Clusters => {
                 let start = handles.len();
@@ -198,45 +183,11 @@ impl DrawOrder {
         }
     }
 
-    /// Selects the additive polygons that are drawn at half resolution. `beyond` returns whether each is, or `None` if none
-    /// is. Call it before [`DrawOrder::finish`].
-    pub(super) fn split_light(
-        &mut self,
-        page_len: usize,
-        beyond: impl FnOnce(&[PolygonId]) -> Option<Vec<bool>>,
-    ) {
-        let Some(beyond) = beyond(&self.additive) else { return };
-        let (ids, runs) = (std::mem::take(&mut self.additive), std::mem::take(&mut self.additive_runs));
-        let mut half = Vec::new();
-        for run in runs {
-            let places = run.range.start as usize..run.range.end as usize;
-            for (&id, &is_half) in ids[places.clone()].iter().zip(&beyond[places]) {
-                let (ids, runs) = match is_half {
-                    true => (&mut half, &mut self.half_runs),
-                    false => (&mut self.additive, &mut self.additive_runs),
-                };
-                push(ids, runs, page_len, id, run.style, Blend::Additive);
-            }
-        }
-        let before = self.additive.len() as u32;
-        self.additive.append(&mut half);
-        for run in &mut self.half_runs {
-            run.range = run.range.start + before..run.range.end + before;
-        }
-    }
-
     /// Ends the frame: appends the additive and transparent polygons of all lists.
     pub fn finish(&mut self, page_len: usize) {
-        let page_of = |quad: &PolygonId| quad.0 / page_len as u32;
-        for quads in self.quads.chunk_by(|a, b| page_of(a) == page_of(b)) {
-            let start = self.ids.len() as u32;
-            self.ids.extend_from_slice(quads);
-            let (range, page) = (start..self.ids.len() as u32, MERGED_PAGES + page_of(&quads[0]));
-            self.runs.push(Run { range, is_listed: true, page, style: 0, blend: Blend::Opaque });
-        }
         let before = self.ids.len() as u32;
         self.ids.append(&mut self.additive);
-        for run in self.additive_runs.iter_mut().chain(&mut self.half_runs).filter(|run| run.is_listed) {
+        for run in self.additive_runs.iter_mut().filter(|run| run.is_listed) {
             run.range = run.range.start + before..run.range.end + before;
         }
         self.runs.append(&mut self.additive_runs);

@@ -10,7 +10,6 @@ use super::{
     finish::{Bloom, Finish},
     gpu_scene::GpuScene,
     hzb::{Hzb, HzbConfig, HzbView},
-    light::LightPass,
     opaque_order,
     order::Listing,
     overdraw,
@@ -30,9 +29,6 @@ use osp::{
 use osp_session::{recording::Environment, scene::Scene};
 
 pub use eyes::{Eye, EyePicture};
-
-/// Largest number of clusters that a frame merges after [`Renderer::set_patient`].
-const CLUSTERS_A_FRAME: usize = 256;
 
 /// Polygons to draw in one style.
 #[derive(Clone, Copy, Debug)]
@@ -74,8 +70,6 @@ pub struct Renderer {
     view_layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
     finish: Finish,
-    /// Created with the first budget of light.
-    light: Option<LightPass>,
     /// Created for the first polygon that a brush has painted, or for the first environment.
     paint: Option<Paint>,
     environment: Option<Environment>,
@@ -102,7 +96,6 @@ impl Renderer {
             view_layout,
             pipelines,
             finish,
-            light: None,
             paint: None,
             environment: None,
             time_s: 0.0,
@@ -144,7 +137,7 @@ impl Renderer {
         self.has_changed |= self.scene.set_colors(colors);
     }
 
-    /// Sets whether shadows and merged quads may lag some frames behind the scene. A frame that changes a large scene
+    /// Sets whether shadows may lag some frames behind the scene. A frame that changes a large scene
     /// then need not draw the whole shadow map.
     pub fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
@@ -201,10 +194,8 @@ impl Renderer {
 
     /// Sends the polygons that are new or have moved; returns the number of bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
-        let mut bytes = self.scene.flush(&self.gpu, scene);
+        let bytes = self.scene.flush(&self.gpu, scene);
         self.has_changed |= bytes > 0;
-        let most = if self.is_patient { CLUSTERS_A_FRAME } else { usize::MAX };
-        bytes += self.scene.merge(&self.gpu, scene, most);
         if self.is_painted() {
             let Self { paint, gpu, scene: of, view_layout, environment, .. } = self;
             let paint = paint.get_or_insert_with(|| {
@@ -221,30 +212,6 @@ impl Renderer {
             hzb.follow(&self.gpu, &self.scene);
         }
         bytes
-    }
-
-    /// Sets whether a view merges neighbouring quads of an opaque stroke if no point of the picture then moves by half
-    /// a pixel. `picture` is the picture's width and height in pixels, or `None` for all polygons, the default.
-    ///
-    /// Only frames with a single layer in its own colours, and without culling on the GPU, draw merged quads. Merged
-    /// quads stay on the GPU until the renderer is dropped.
-    pub fn set_detail(&mut self, slot: &mut ViewSlot, picture: Option<(u32, u32)>) {
-        slot.detail = picture;
-        if picture.is_some() {
-            self.scene.want_merged();
-        }
-    }
-
-    /// Sets whether the light of a view has a budget. `picture` is the picture's width and height in pixels, or `None` for no
-    /// budget, the default. Additive polygons that cover more than four times the picture's pixels are drawn at half
-    /// resolution, the largest first. Within the budget no pixel changes.
-    ///
-    /// Frames that are culled on the GPU have no budget. On an adapter whose shaders cannot read samples, no frame has one.
-    pub fn set_light_budget(&mut self, slot: &mut ViewSlot, picture: Option<(u32, u32)>) {
-        slot.light = picture.filter(|_| self.gpu.reads_samples());
-        if slot.light.is_some() && self.light.is_none() {
-            self.light = Some(LightPass::new(&self.gpu));
-        }
     }
 
     /// Selects how a view culls hidden polygons on the GPU. Only frames with a single layer in its own colours are culled.
@@ -339,8 +306,7 @@ impl Renderer {
         list: &PaintList,
     ) -> u64 {
         let Some(parts) = &self.parts else { return 0 };
-        let mut pass =
-            target.begin(encoder, wgpu::LoadOp::Clear(self.background), DepthBefore::Nothing, None);
+        let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, None);
         pass.set_bind_group(0, &slot.bind_group, &[]);
         let calls = parts.draw(&self.gpu, &mut pass, &self.scene, list);
         drop(pass);
@@ -385,7 +351,7 @@ impl Renderer {
     pub(super) fn count_overdraw(&self, target: &Target, slot: &ViewSlot) -> Result<Overdraw, RenderError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (depth, _) = self.lay_down_depth(&mut encoder, target, slot, None);
-        let mut pass = target.begin(&mut encoder, wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), depth, None);
+        let mut pass = target.begin(&mut encoder, wgpu::Color::TRANSPARENT, depth, None);
         let pipelines = self.pipelines();
         pipelines.bind(&mut pass, &slot.bind_group);
         pipelines.draw_counts(&self.gpu, &mut pass, &self.scene, &slot.order.runs, slot.all_from);
@@ -394,21 +360,15 @@ impl Renderer {
         overdraw::add_up(&self.gpu, target)
     }
 
-    /// Number of polygons and merged quads in the draw list of a prepared view. Includes unset bits of bit-mask spans.
+    /// Number of polygons in the draw list of a prepared view. Includes unset bits of bit-mask spans.
     /// `first` is the other eye if that eye has the polygons of both, or the same view.
     pub(super) fn listed(&self, first: &ViewSlot, slot: &ViewSlot) -> u64 {
-        runs_of(first, slot).map(|run| run.range.len() as u64).sum::<u64>() + self.at_half_resolution(slot)
-    }
-
-    /// Number of additive polygons of a prepared view that are drawn at half resolution.
-    pub(super) fn at_half_resolution(&self, slot: &ViewSlot) -> u64 {
-        slot.order.half_runs.iter().map(|run| run.range.len() as u64).sum()
+        runs_of(first, slot).map(|run| run.range.len() as u64).sum()
     }
 
     /// Number of draw calls of a prepared view; see [`Renderer::listed`].
     pub(super) fn draw_calls(&self, first: &ViewSlot, slot: &ViewSlot) -> u64 {
-        let runs = runs_of(first, slot).chain(&slot.order.half_runs);
-        let in_list = runs.map(|run| self.scene.draw_calls(run.range.len()));
+        let in_list = runs_of(first, slot).map(|run| self.scene.draw_calls(run.range.len()));
         // Culled polygons are drawn twice, for depth and for colours.
         let culled =
             first.order.handle_runs.iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
@@ -433,7 +393,7 @@ impl Renderer {
     }
 }
 
-/// The runs of a view, except those at half resolution.
+/// The runs of a view.
 fn runs_of<'a>(first: &'a ViewSlot, slot: &'a ViewSlot) -> impl Iterator<Item = &'a Run> {
     let common = if slot.is_second { first.order.common_runs() } else { &[] };
     common.iter().chain(&slot.order.runs)

@@ -5,7 +5,6 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("hzb_pyramid", HZB_PYRAMID),
     ("hzb_recall", HZB_RECALL),
     ("hzb_test", HZB_TEST),
-    ("light", LIGHT),
     ("line", LINE),
     ("overdraw", OVERDRAW),
     ("painted", PAINTED),
@@ -33,7 +32,6 @@ pub(super) const HZB_RECALL: &str = concat!(
 );
 pub(super) const HZB_TEST: &str =
     concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_test.wgsl"));
-pub(super) const LIGHT: &str = include_str!("shaders/light.wgsl");
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
 pub(super) const OVERDRAW: &str = include_str!("shaders/overdraw.wgsl");
 pub(super) const PAINTED: &str = concat!(

@@ -4,7 +4,6 @@ use super::{
     Gpu, Image, RenderError, descriptors,
     finish::Octaves,
     formats::{COLOR_FORMAT, DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES},
-    light::HalfImages,
     read_back::{ComingImage, begin_read_back},
 };
 
@@ -23,8 +22,6 @@ pub struct Target {
     pub picture_view: wgpu::TextureView,
     /// Resources for finishing the picture, created with the first finished picture.
     pub(super) octaves: OnceLock<Octaves>,
-    /// Images of light at half resolution, created with the first such light.
-    pub(super) half: OnceLock<HalfImages>,
 }
 
 impl Target {
@@ -56,7 +53,6 @@ impl Target {
             picture_view: picture.create_view(&Default::default()),
             picture,
             octaves: OnceLock::new(),
-            half: OnceLock::new(),
         })
     }
 
@@ -79,11 +75,11 @@ impl Target {
         begin_read_back(gpu, &self.picture)
     }
 
-    /// Begins a pass that clears the target's colours, or loads those that another pass has stored, and draws into it.
+    /// Begins a pass that clears the target's colours and draws into it.
     pub(super) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
-        colors: wgpu::LoadOp<wgpu::Color>,
+        background: wgpu::Color,
         depth: DepthBefore,
         timestamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
@@ -93,7 +89,7 @@ impl Target {
                 view: &self.samples,
                 depth_slice: None,
                 resolve_target: Some(&self.resolved),
-                ops: wgpu::Operations { load: colors, store: wgpu::StoreOp::Store },
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(background), store: wgpu::StoreOp::Store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,

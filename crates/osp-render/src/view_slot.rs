@@ -30,11 +30,6 @@ pub struct ViewSlot {
     pub(super) hzb: Option<Box<HzbView>>,
     /// For [`GpuOcclusion::Auto`]: whether the next frame is culled.
     pub(super) switch: Option<DrawSwitch>,
-    /// Width and height of the picture, pixels, if merged quads may replace polygons; see
-    /// [`Renderer::set_detail`](super::Renderer::set_detail).
-    pub(super) detail: Option<(u32, u32)>,
-    /// Width and height of the picture, pixels, if its light has a budget.
-    pub(super) light: Option<(u32, u32)>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -75,8 +70,6 @@ impl ViewSlot {
             both: VisibleBlocks::new(),
             hzb: None,
             switch: None,
-            detail: None,
-            light: None,
         }
     }
 

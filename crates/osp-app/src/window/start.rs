@@ -21,8 +21,6 @@ pub struct WindowOptions {
     pub tracker: Option<TrackerAddress>,
     /// The senders whose messages are accepted.
     pub tracker_options: TrackerOptions,
-    /// Whether strokes far away are drawn with fewer polygons; see [`Renderer::set_detail`](osp_render::Renderer::set_detail).
-    pub merges: bool,
     /// A file to which one line of JSON is written for each frame.
     pub trace: Option<PathBuf>,
     /// File of the window's settings; `None` if they are not stored.

@@ -284,9 +284,8 @@ impl HzbView {
         [begin, end]: [Option<Stamps<'_>>; 2],
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        let background = wgpu::LoadOp::Clear(frame.background);
         let depth = if self.has_jumped { DepthBefore::NothingAndKept } else { DepthBefore::Kept };
-        let mut pass = frame.target.begin(encoder, background, depth, begin.map(Stamps::of_render));
+        let mut pass = frame.target.begin(encoder, frame.background, depth, begin.map(Stamps::of_render));
         frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
         for (span, run) in self.pages.iter().zip(&frame.order.handle_runs) {

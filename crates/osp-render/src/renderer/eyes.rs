@@ -5,10 +5,8 @@ use super::{Layer, Renderer};
 use crate::{
     Classes, GpuOcclusion, GpuTimer, OpaqueOrder, Style, Target, ViewSlot,
     hzb::{Frame, HzbView},
-    light::Budget,
     order::{Listing, Part},
     style::MAX_STYLES,
-    target::DepthBefore,
     timer::Ends,
     view_slot::Place,
 };
@@ -60,7 +58,7 @@ impl Renderer {
             let can_cull = first.slot.hzb.is_some() && first.is_plain();
             let in_view = first.layers.first().map_or(0, |layer| layer.polygons.len());
             let culls = can_cull && first.slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
-            let is_pair = others.first().is_some_and(|second| see_the_same(first, second, culls));
+            let is_pair = others.first().is_some_and(|second| see_the_same(first, second));
             let (together, others) = std::mem::take(&mut left).split_at_mut(1 + usize::from(is_pair));
             bytes += self.prepare_together(scene, together, culls);
             left = others;
@@ -77,11 +75,6 @@ impl Renderer {
             eye.slot.is_second = i > 0;
         }
         let [first, others @ ..] = eyes else { return 0 };
-        let is_alone = others.is_empty();
-        let has_order = first.slot.order.opaque.0 != OpaqueOrder::None;
-        let is_merged = is_alone && first.is_plain() && !culls && !self.is_solid && !has_order;
-        let detail = first.slot.detail.filter(|_| is_merged);
-        let detail = detail.and_then(|size| self.scene.detail(first.view, size));
         let mut styles = [Style::PLAIN; MAX_STYLES];
         for (i, layer) in first.layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
@@ -94,7 +87,7 @@ impl Renderer {
             };
             let add = |eye: &mut Eye<'_>, polygons, part| {
                 let (order, at) = (&mut eye.slot.order, eye.view.eye_in_world);
-                order.add_with(scene, polygons, part, style as u32, at, page_len, classes_of, detail);
+                order.add_part(scene, polygons, part, style as u32, at, page_len, classes_of);
             };
             let Some(second) = others.first_mut() else {
                 add(first, layer.polygons, Part::Whole);
@@ -112,10 +105,6 @@ impl Renderer {
             first.slot.both = both;
         }
         first.slot.order.sort_opaque(scene, first.view.eye_in_world, page_len);
-        if let Some(picture) = first.slot.light.filter(|_| is_alone && !culls && !has_order) {
-            let budget = Budget::new(first.view, picture);
-            first.slot.order.split_light(page_len, |ids| budget.beyond(scene, ids));
-        }
         first.slot.order.finish(page_len);
         others.iter_mut().for_each(|eye| eye.slot.order.finish(page_len));
         // The GPU lists the opaque polygons of clusters before the others.
@@ -229,31 +218,13 @@ impl Renderer {
         for (i, EyePicture { target, slot, .. }) in pictures.iter().enumerate() {
             let stamps = timer.stamps(0, Ends::Begin).filter(|_| i == 0).map(|stamps| stamps.of_render());
             let (depth, stamps) = self.lay_down_depth(encoder, target, slot, stamps);
-            let (runs, half) = (&slot.order.runs, &slot.order.half_runs);
-            let light = self.light.as_ref().filter(|_| !half.is_empty());
-            let depth = if light.is_some() { DepthBefore::NothingAndKept } else { depth };
-            let transparent = light.map_or(runs.len(), |_| slot.order.common_runs().len());
-            let mut pass = target.begin(encoder, wgpu::LoadOp::Clear(self.background), depth, stamps);
-            let draw = |pass: &mut wgpu::RenderPass<'_>, runs| {
-                pipelines.draw_runs(pass, &self.scene, runs, slot.first, slot.all_from);
-            };
+            let mut pass = target.begin(encoder, self.background, depth, stamps);
             pipelines.begin(&mut pass, &slot.bind_group);
             if slot.is_second {
                 let common = first.order.common_runs();
                 pipelines.draw_runs(&mut pass, &self.scene, common, first.first, first.all_from);
             }
-            draw(&mut pass, &runs[..transparent]);
-            if let Some(light) = light {
-                drop(pass);
-                light.encode(&self.gpu, encoder, target, |pass| {
-                    pipelines.bind(pass, &slot.bind_group);
-                    draw(pass, half);
-                });
-                pass = target.begin(encoder, wgpu::LoadOp::Load, DepthBefore::Kept, None);
-                light.compose(&self.gpu, &mut pass, target);
-                pipelines.bind(&mut pass, &slot.bind_group);
-                draw(&mut pass, &runs[transparent..]);
-            }
+            pipelines.draw_runs(&mut pass, &self.scene, &slot.order.runs, slot.first, slot.all_from);
             more(i, &mut pass);
             drop(pass);
             let is_last = i + 1 == pictures.len();
@@ -264,13 +235,11 @@ impl Renderer {
     }
 }
 
-/// Whether two views can share a list, and see nearly the same. `culls` is whether the first is culled on the GPU.
-fn see_the_same(first: &mut Eye<'_>, second: &Eye<'_>, culls: bool) -> bool {
-    // The order of merged quads and of light beyond the budget depends on the view.
-    let depends = |slot: &ViewSlot| !culls && (slot.detail.is_some() || slot.light.is_some());
+/// Whether two views can share a list, and see nearly the same.
+fn see_the_same(first: &mut Eye<'_>, second: &Eye<'_>) -> bool {
     let is_ordered = |slot: &ViewSlot| slot.order.opaque.0 != OpaqueOrder::None;
     let occlusion = first.slot.occlusion();
-    if [&*first.slot, &*second.slot].into_iter().any(|slot| depends(slot) || is_ordered(slot))
+    if [&*first.slot, &*second.slot].into_iter().any(is_ordered)
         || occlusion == GpuOcclusion::Queries
         || occlusion != second.slot.occlusion()
         || first.is_plain() != second.is_plain()

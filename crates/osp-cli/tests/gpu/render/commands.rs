@@ -107,19 +107,3 @@ fn the_portrait_shows_its_face() {
     let skin = pixels.filter(|pixel| pixel[0] > 150 && pixel[0] > pixel[2].saturating_add(30)).count();
     assert!(skin > 220, "{skin} pixels of skin");
 }
-
-#[test]
-fn a_picture_with_less_detail_has_fewer_polygons() {
-    let Some(_) = gpu() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    let picture = folder.path().join("room.png");
-    let picture = picture.to_str().expect("utf-8");
-    let args = ["render", "recordings/room.ron", picture, "--size", "320x180", "--detail", "auto", "--check"];
-    let said = OSP.done(args);
-    let number = |before: &str| -> f64 {
-        let text = said.split(before).next().and_then(|text| text.split([' ', ';']).next_back());
-        text.expect("a number").replace(',', "").parse().expect("a number")
-    };
-    let (all, fewer) = (number(" of "), number(" after merging"));
-    assert!(fewer < 0.5 * all, "{said}");
-}
