@@ -10,9 +10,9 @@ use super::files::{sketch, sketch_stroke, tilt, write};
 use crate::OSP;
 use osp_testkit::{stderr, stdout};
 
-/// Address space of the program, KiB. It needs some for itself, four indexes, and a thread. An index reserves room for scattered
-/// polygons, about 160 bytes each for up to a million, and does not write to it before they come.
-const CAP_KIB: u32 = 704 << 10;
+/// Address space of the program, KiB. It needs some for itself, four indexes, and a thread. An index reserves room for up to a
+/// million scattered polygons, and does not write to it before they come.
+const CAP_KIB: u32 = 832 << 10;
 
 /// Runs the program with an address space of [`CAP_KIB`].
 fn osp(args: &[&str]) -> Output {
