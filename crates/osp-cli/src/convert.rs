@@ -21,7 +21,7 @@ use super::{
 use osp_lab::report::thousands;
 use osp_session::{
     export::{KeptStrokes, Objects, write_tilt},
-    recording::import::{TiltExtras, tilt_extras},
+    recording::import::tilt_thumbnail,
 };
 
 /// Convert a session, or all sessions in folders, to another format.
@@ -146,7 +146,8 @@ fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Mode
         kept.note(&event.map_err(|error| import::explain(&error, args.reading.lenient))?);
     }
     // Copies the thumbnail of a .tilt. Sessions of other formats have none.
-    let TiltExtras { thumbnail, mut lost } = tilt_extras(&job.source);
+    let thumbnail = tilt_thumbnail(&job.source);
+    let mut lost = Vec::new();
     if session.format == "tilt" && !job.source.is_file() && !job.source.is_dir() {
         lost.push("a sketch from a pipe loses its thumbnail; name its file to keep it".to_owned());
     }

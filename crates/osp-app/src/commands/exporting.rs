@@ -12,7 +12,7 @@ use crate::{
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
-    recording::import::{TiltExtras, tilt_extras},
+    recording::import::tilt_thumbnail,
 };
 
 impl Studio {
@@ -55,12 +55,11 @@ impl Studio {
         let header = self.session.header().clone();
         let kind = Kind::Writing { count, of: "events" };
         // A thumbnail that lacks the edits shows at least which sketch it was.
-        let TiltExtras { thumbnail, lost } = self.session.original().map(tilt_extras).unwrap_or_default();
+        let thumbnail = self.session.original().and_then(tilt_thumbnail);
         self.write_in_background(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
             let mut strokes = found.ok_or(ExportError::Cancelled)?;
-            let mut counts = write_tilt(&mut strokes, &header, thumbnail.as_deref(), file)?;
-            counts.notes.extend(lost);
+            let counts = write_tilt(&mut strokes, &header, thumbnail.as_deref(), file)?;
             Ok((count, Exported::Sketch(counts)))
         });
     }

@@ -172,11 +172,11 @@ fn the_folder_of_a_sketch_may_be_named_by_a_dot_and_keeps_its_picture() {
     assert!(file.windows(9).any(|part| part == b"a picture"));
     // No other file of a sketch is kept.
     osp_testkit::add_to_sketch(&at("whole.tilt"), "notes.txt");
-    let said = stderr(&OSP.run_in(folder.path(), ["convert", "whole.tilt", "second.tilt"]));
-    assert!(
-        said.lines().eq(["warning: notes.txt is no part of a sketch that osp knows, and is left out"]),
-        "{said}"
-    );
+    let expected = "warning: whole.tilt: no part of a sketch that osp knows, and not read: `notes.txt`";
+    for command in [["convert", "whole.tilt", "second.tilt"], ["import", "whole.tilt", "second.ron"]] {
+        let said = stderr(&OSP.run_in(folder.path(), command));
+        assert!(said.lines().eq([expected]), "{said}");
+    }
 }
 
 #[test]

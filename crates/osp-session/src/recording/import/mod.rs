@@ -47,7 +47,7 @@ pub(super) use tilt::open_tilt;
 
 use std::path::Path;
 
-pub use tilt::{TiltExtras, tilt_extras};
+pub use tilt::tilt_thumbnail;
 
 /// The other files that are part of the session at `path`.
 pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {

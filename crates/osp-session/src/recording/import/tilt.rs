@@ -12,6 +12,7 @@ use super::{
     archive::Archive,
     axes,
     bytes::ByteReader,
+    lines::shown,
     session_name,
     strokes::{Sample, StrokeFormat, StrokeHead, StrokeStream},
     tilt_layout::{MAGIC, METERS_PER_UNIT, SKETCH_MAGIC, point_mask, stroke_mask},
@@ -30,6 +31,8 @@ const THUMBNAIL_NAME: &str = "thumbnail.png";
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
 /// Names of the sketch file, the most common first. Sketches inside a Unity project end in `.bytes`.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
+/// Number of files that a warning names.
+const MOST_NAMED: usize = 8;
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
 
 /// Opens a Tilt Brush or Open Brush sketch. The header's camera is the view of the sketch's thumbnail.
@@ -72,35 +75,16 @@ pub(crate) fn open_tilt(input: Input<'_>, options: &OpenOptions) -> Result<Sessi
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
-/// What a `.tilt` has beside its strokes and metadata.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct TiltExtras {
-    /// A PNG of at most 16 MiB.
-    pub thumbnail: Option<Vec<u8>>,
-    /// A sentence for each file that is no part of a sketch. Those of an unpacked sketch are not listed.
-    pub lost: Vec<String>,
-}
-
-/// Reads what the `.tilt` file or folder at a path has beside its strokes and metadata. Other files have nothing.
-pub fn tilt_extras(path: &Path) -> TiltExtras {
+/// The thumbnail of the `.tilt` file or folder at a path, a PNG of at most 16 MiB. Other files have none.
+pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
     let input = Input::on_disk(path);
-    let picture = |mut png: ByteReader| png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok();
-    if is_tilt_folder(input) {
+    let mut png = if is_tilt_folder(input) {
         let path = path.join(THUMBNAIL_NAME);
-        let file = path.is_file().then(|| ByteReader::open(input.beside(&path)).ok()).flatten();
-        return TiltExtras { thumbnail: file.and_then(picture), lost: Vec::new() };
-    }
-    let Some(archive) = archive_of(input) else { return TiltExtras::default() };
-    let is_known = |name: &&str| {
-        let mut parts = SKETCH_NAMES.iter().chain(&METADATA_NAMES).chain([&THUMBNAIL_NAME]);
-        parts.any(|part| part == name)
+        path.is_file().then(|| ByteReader::open(input.beside(&path)).ok()).flatten()?
+    } else {
+        archive_of(input)?.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok()?
     };
-    let others = archive.names().filter(|name| !is_known(name));
-    let lost =
-        others.map(|name| format!("{name} is no part of a sketch that osp knows, and is left out")).collect();
-    let thumbnail =
-        archive.find(&[THUMBNAIL_NAME]).and_then(|entry| entry.read(input, &Limits::DEFAULT).ok());
-    TiltExtras { thumbnail: thumbnail.and_then(picture), lost }
+    png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok()
 }
 
 /// The archive of a `.tilt` file; `None` for all else.
@@ -145,7 +129,23 @@ fn open_zip(input: Input<'_>, is_lenient: bool, limits: &Limits) -> Result<Parts
         .ok_or_else(|| no_sketch(path, "a zip without it"))?
         .read(input, limits)?;
     let metadata = archive.find(&METADATA_NAMES).map(|entry| entry.read(input, limits)).transpose()?;
-    Ok((sketch, metadata, archive.warning.into_iter().collect()))
+    let others = not_read(&archive).map(|names| format!("{}: {names}", path.display()));
+    Ok((sketch, metadata, archive.warning.into_iter().chain(others).collect()))
+}
+
+/// Names the files of an archive that are no part of a sketch.
+fn not_read(archive: &Archive) -> Option<String> {
+    let is_known = |name: &str| {
+        SKETCH_NAMES.iter().chain(&METADATA_NAMES).chain([&THUMBNAIL_NAME]).any(|part| *part == name)
+    };
+    let mut others = archive.names().filter(|name| !is_known(name));
+    let named: Vec<String> = others.by_ref().take(MOST_NAMED).map(shown).collect();
+    let more = match others.count() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let names = named.join(", ");
+    (!named.is_empty()).then(|| format!("no part of a sketch that osp knows, and not read: {names}{more}"))
 }
 
 fn no_sketch(path: &Path, found: &str) -> RecordingError {
