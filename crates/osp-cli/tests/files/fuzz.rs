@@ -7,7 +7,6 @@
 #![allow(missing_docs, reason = "the targets explain themselves in their modules")]
 #![allow(clippy::print_stderr, clippy::unwrap_used, reason = "a test says where it stops")]
 
-mod command_line;
 #[path = "../fuzzing/mod.rs"]
 mod fuzzing;
 mod generator;
@@ -83,11 +82,6 @@ fn frame_occlusion_catches_unsound_methods() {
     eprintln!("{hidden} polygons hidden; caught {caught}");
     assert!(hidden > 500, "{hidden} hidden");
     assert!(caught > 0, "the oracle catches nothing");
-}
-
-#[test]
-fn journal() {
-    drive("journal", &[], 1500, fuzzing::journal::run);
 }
 
 #[test]

@@ -4,7 +4,6 @@
 pub mod arguments;
 pub mod frame_occlusion;
 pub mod input;
-pub mod journal;
 pub mod pvs;
 pub mod read_bytes;
 pub mod scratch;

@@ -189,34 +189,6 @@ fn a_tube_is_closed() {
 }
 
 #[test]
-fn erase_undo_and_redo_bring_back_the_same_ids() {
-    let mut scene = Scene::new();
-    let mut inserted = std::collections::BTreeSet::new();
-    let mut step = |scene: &mut Scene, events: &[Event]| {
-        follow(&play(scene, events), &mut inserted);
-        inserted.iter().map(|id| id.0).collect::<Vec<_>>()
-    };
-    let both: Vec<u32> = (0..4).collect();
-    let events: Vec<Event> = [straight(1, 3, NormalRule::LocalX), straight(2, 3, NormalRule::LocalX)]
-        .into_iter()
-        .flatten()
-        .collect();
-    assert_eq!(step(&mut scene, &events), both);
-    assert_eq!(step(&mut scene, &[SOLE.erase(StrokeId(1))]), [2, 3]);
-    assert_eq!(step(&mut scene, &[SOLE.undo()]), both);
-    assert_eq!(step(&mut scene, &[SOLE.undo()]), [0, 1]);
-    assert_eq!(step(&mut scene, &[SOLE.undo()]), [0u32; 0]);
-    assert_eq!(step(&mut scene, &[SOLE.undo()]), [0u32; 0], "nothing is left to undo");
-    assert_eq!(scene.counts().ignored_events, 1);
-    assert_eq!(step(&mut scene, &[SOLE.redo(), SOLE.redo()]), both);
-    assert_eq!(step(&mut scene, &[SOLE.redo()]), [2, 3]);
-    // A new edit makes redo impossible.
-    step(&mut scene, &[SOLE.undo()]);
-    step(&mut scene, &straight(3, 2, NormalRule::LocalX));
-    assert!(!scene.can_redo());
-}
-
-#[test]
 fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
     let mut scene = Scene::new();
     let mut inserted = std::collections::BTreeSet::new();
@@ -227,19 +199,6 @@ fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
     assert!(inserted.is_empty());
     follow(&play(&mut scene, &[SOLE.redo()]), &mut inserted);
     assert_eq!(inserted.len(), 3);
-}
-
-#[test]
-fn a_move_and_its_undo_give_the_same_bits() {
-    let mut scene = Scene::new();
-    play(&mut scene, &straight(1, 3, NormalRule::LocalX));
-    let before = [scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))];
-    let by = Vec3::new(0.1, 1.0e6, 0.3);
-    let changes = play(&mut scene, &[SOLE.moved([StrokeId(1), StrokeId(1)], by)]);
-    assert_eq!(changes, [Change::Update(PolygonId(0)), Change::Update(PolygonId(1))]);
-    assert_eq!(scene.bounds(PolygonId(0)).min.x, before[0].min.x + 0.1);
-    play(&mut scene, &[SOLE.undo()]);
-    assert_eq!([scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))], before);
 }
 
 #[test]

@@ -52,48 +52,6 @@ fn more_edits_than_undo_reaches_are_taken_back_as_one_step_and_made_again() {
     assert_eq!(scene.counts().ignored_events, 0);
 }
 
-#[test]
-fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
-    let mut scene = Scene::new();
-    play(&mut scene, &straight(1, 2, NormalRule::LocalX));
-    let height = |scene: &Scene| scene.stroke(StrokeId(1)).expect("a stroke").offset().y;
-    // Two of three moves form the step.
-    play(&mut scene, &[step(2), moved(1), moved(1), moved(1)]);
-    play(&mut scene, &[SOLE.undo()]);
-    assert_eq!(height(&scene), 2.0);
-    play(&mut scene, &[SOLE.undo()]);
-    assert_eq!(height(&scene), 0.0);
-    play(&mut scene, &[SOLE.redo()]);
-    assert_eq!(height(&scene), 2.0);
-    // The step is undone while it is open, so later edits are no part of it.
-    play(&mut scene, &[step(5), moved(1), moved(1), SOLE.undo()]);
-    assert_eq!(height(&scene), 2.0);
-    play(&mut scene, &[moved(1), SOLE.undo()]);
-    assert_eq!(height(&scene), 2.0);
-    // A step is ended by another step, and by an empty one.
-    play(&mut scene, &[step(5), moved(1), step(2), moved(1), moved(1), SOLE.undo()]);
-    assert_eq!(height(&scene), 3.0);
-    play(&mut scene, &[step(5), moved(1), step(0), moved(1), SOLE.undo()]);
-    assert_eq!((height(&scene), scene.is_step_open()), (4.0, false));
-    assert_eq!(scene.counts().ignored_events, 0);
-}
-
-#[test]
-fn an_undo_or_redo_of_nothing_ends_no_step() {
-    for nothing in [SOLE.undo(), SOLE.redo()] {
-        let mut scene = Scene::new();
-        play(&mut scene, &[step(2), nothing]);
-        assert_eq!((scene.counts().ignored_events, scene.is_step_open()), (1, true));
-        play(&mut scene, &straight(1, 2, NormalRule::LocalX));
-        play(&mut scene, &straight(2, 2, NormalRule::LocalX));
-        assert!(!scene.is_step_open());
-        play(&mut scene, &[SOLE.undo()]);
-        assert_eq!(visible(&scene), [0u32; 0], "both strokes are the step");
-        play(&mut scene, &[SOLE.redo()]);
-        assert_eq!(visible(&scene), [1, 2]);
-    }
-}
-
 fn layer(layer: u32, hidden: Option<bool>) -> Event {
     Event::Layer { author: Author::SOLE, t: 0.0, layer, name: None, hidden, locked: None, mine: None }
 }
