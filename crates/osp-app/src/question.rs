@@ -204,7 +204,7 @@ impl Studio {
     }
 
     fn begin(&mut self) {
-        self.replace(self.new_session(), None);
+        self.replace(Session::new(&self.autosaves), None);
     }
 
     fn open_or_ask(&mut self, path: &Path, how: Opening) {

@@ -265,13 +265,7 @@ impl Studio {
         is_resting
             .then_some(Duration::from_millis(50))
             .or(self.is_working().then_some(Duration::from_millis(250)))
-            .or(self.hands_may_rest().then_some(Duration::from_millis(300)))
-    }
-
-    /// Whether an inactive hand would end a stroke, or an inactive sender would leave.
-    fn hands_may_rest(&self) -> bool {
-        self.input.hands.is_drawing()
-            || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
+            .or(self.input.hands.is_drawing().then_some(Duration::from_millis(300)))
     }
 
     /// Longest time until the next call of [`Studio::tend`]. It is shorter while data may be received.

@@ -16,8 +16,7 @@ use super::{
 use osp::occlusion::Occlusion;
 use osp_app::{
     Access, Autosaves, Command, Opened, Opening, Question, Session, Settings, Studio, WindowOptions,
-    run as run_window,
-    tracker::{Listening, TrackerAddress},
+    run as run_window, tracker::TrackerAddress,
 };
 #[cfg(feature = "live")]
 use osp_app::{Live, Unjoined};
@@ -60,19 +59,11 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         !args.read_only || args.file.is_some() || args.join.is_some(),
         "--read-only: expected a session, or --join ADDRESS"
     );
-    let mut tracker_options = tracker::options(args.tracker.as_ref())?;
-    if args.tracker_authors {
-        tracker_options.listening = Listening::Authors;
-    }
+    let tracker_options = tracker::options(args.tracker.as_ref())?;
     #[cfg(feature = "live")]
     ensure!(
         args.join.is_some() || !args.server.is_given(),
         "--credentials, --unencrypted: expected --join ADDRESS"
-    );
-    #[cfg(feature = "live")]
-    ensure!(
-        args.join.is_none() || !args.tracker_authors,
-        "--tracker-authors: expected no --join: in a shared session a window is one author"
     );
     let room = args.rig.room()?;
     let autosaves = Autosaves::new(args.autosave.clone());
@@ -87,13 +78,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let (session, opened) = match (joined, file) {
         (Some(joined), _) => joined,
         (None, Some(_)) => (Session::new(&autosaves), Opened::default()),
-        (None, None) => {
-            let (mut session, opened) = Session::recover_or_new(&autosaves, args.limits.limits());
-            if args.tracker_authors && !opened.is_recovered {
-                session = Session::of_several(&autosaves);
-            }
-            (session, opened)
-        }
+        (None, None) => Session::recover_or_new(&autosaves, args.limits.limits()),
     };
     let mut studio = Studio::new(session, autosaves, IndexKind::Osp);
     studio.set_room(room);
@@ -105,7 +90,6 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         let how = Opening {
             access: if args.read_only { Access::ReadOnly } else { Access::Write },
             lenient: args.lenient,
-            of_several: args.tracker_authors,
             ..Opening::default()
         };
         studio.work_in_background();

@@ -39,7 +39,6 @@ type TrackerAddress = String;
   osp sketch damaged.ron --lenient
   osp sketch --tracker udp://127.0.0.1:9327
   osp sketch --rig dual-wall --tracker poses.txt
-  osp sketch class.ron --tracker udp:// --tracker-authors
 
 A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
   head  X Y Z  QX QY QZ QW
@@ -70,11 +69,6 @@ pub(super) struct SketchArgs {
     /// Read a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard input.
     #[arg(long, value_name = "FROM")]
     pub(super) tracker: Option<TrackerAddress>,
-    /// Make each sender of the tracker's messages a separate author, 16 at a time. Each has its own strokes, undo and
-    /// colour. The session must be new or have several authors. A sender joins with its first message, and leaves after
-    /// five seconds without a message.
-    #[arg(long, requires = "tracker")]
-    pub(super) tracker_authors: bool,
     /// Only view the session, or only watch the others of a shared session.
     #[arg(long)]
     pub(super) read_only: bool,

@@ -17,7 +17,7 @@ pub(super) fn options(tracker: Option<&TrackerAddress>) -> anyhow::Result<Tracke
     if let TrackerAddress::File(path) = tracker {
         open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
     }
-    let options = TrackerOptions { key: key()?, ..TrackerOptions::default() };
+    let options = TrackerOptions { key: key()? };
     if let Some(warning) = tracker.warning(&options) {
         warn(&format!("warning: {warning}"));
     }

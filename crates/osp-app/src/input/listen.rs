@@ -1,17 +1,11 @@
-use std::net::SocketAddr;
-
 use glam::Vec3;
 
 use crate::{
     paint_layers::on_layer,
-    session::Session,
     studio::Studio,
     tracker::{Message, ReceivedMessage, Tracker},
 };
-use osp_session::{
-    platform::time::Instant,
-    recording::{Author, Event},
-};
+use osp_session::recording::{Author, Event};
 
 /// Largest number of tracker messages that a frame handles; further messages wait for the next frame. At 60 frames a
 /// second a hundred trackers send fewer.
@@ -37,10 +31,6 @@ impl Studio {
         self.input.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
         self.input.hands.rest(t, &mut self.events);
-        // Waiting messages may be from any sender, so no sender counts as inactive yet.
-        if let Some(senders) = self.input.senders.as_mut().filter(|_| !self.input.tracker_waits) {
-            senders.rest(Instant::now(), t, &mut self.events);
-        }
         self.mirror_events(first);
         self.apply_events();
         self.input.tracker = Some(tracker);
@@ -53,7 +43,7 @@ impl Studio {
             && edits < EDITS_A_FRAME
             && self.session.changes().len() < CHANGES_A_FRAME
         {
-            let Some(ReceivedMessage { at, from, message: sent }) = tracker.take_received() else {
+            let Some(ReceivedMessage { at, message: sent }) = tracker.take_received() else {
                 return true;
             };
             let mut in_room = self.room.message_to_room(sent);
@@ -75,11 +65,12 @@ impl Studio {
                 continue;
             }
             let first = self.events.len();
-            let Some((author, erased)) = self.take_message(t, from, &message) else { continue };
+            let session = &mut self.session;
+            let next_stroke = || session.new_stroke();
+            let erased = self.input.hands.take(t, &message, next_stroke, &mut self.events);
             let mut begins = false;
-            let who = if author.is_sole() { self.author() } else { author };
             let layer = self.input.brush.layer;
-            let may_touch = self.scene().may_touch(who, layer);
+            let may_touch = self.scene().may_touch(self.author(), layer);
             for event in &mut self.events[first..] {
                 if let Event::Begin { paint, .. } = event {
                     *paint = on_layer(paint.take(), if may_touch { layer } else { 0 });
@@ -95,10 +86,7 @@ impl Studio {
             } else if begins && let Some(why) = self.why_layer_is_closed() {
                 self.show_once(&format!("{why}; the tracker can still draw in this layer"));
             }
-            // The mirror applies only to the window's author.
-            if author.is_sole() {
-                self.mirror_events(first);
-            }
+            self.mirror_events(first);
             // The screens need the head's pose in the room; the session stores it in the world, like the hands.
             if let (Message::Head { .. }, Some(Event::Head { p, q, .. })) = (&message, self.events.last_mut())
             {
@@ -109,66 +97,25 @@ impl Studio {
                 // The stroke to erase may be in the waiting events.
                 self.apply_events();
             }
-            if let (Message::Undo | Message::Redo, true) = (&message, author.is_sole()) {
+            if let Message::Undo | Message::Redo = message {
                 self.follow_selection(matches!(message, Message::Undo));
             }
             if let Some(p) = erased {
-                self.erase_near(t, p, author);
+                self.erase_near(t, p);
             }
         }
         false
     }
 
-    /// Appends the events of a message to the pending events. Returns the author, and the point at which the message
-    /// erases. `None` if the sender cannot become an author.
-    fn take_message(
-        &mut self,
-        t: f64,
-        from: Option<SocketAddr>,
-        message: &Message,
-    ) -> Option<(Author, Option<Vec3>)> {
-        let session = &mut self.session;
-        let is_of_several = session.has_authors() && !session.is_shared();
-        let Some((senders, from)) = self.input.senders.as_mut().zip(from).filter(|_| is_of_several) else {
-            let next = || session.new_stroke();
-            let erased = self.input.hands.take(t, message, next, &mut self.events);
-            if self.input.senders.is_some() && !is_of_several {
-                self.show_once("tracker: this session has one author, who draws with all trackers");
-            }
-            return Some((Author::SOLE, erased));
-        };
-        let taken = senders.take((from, Instant::now()), t, message, session.scene(), &mut self.events);
-        if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
-            // The screens follow the head of the first sender that has a head.
-            self.input.hands.look(message);
-        }
-        if taken.is_none() {
-            self.show_once(
-                "tracker: this session has had the maximum number of authors: new senders are ignored",
-            );
-        }
-        taken
-    }
-
-    /// Ends the unfinished strokes of the tracker, and its senders leave the session.
+    /// Ends the unfinished strokes of the tracker.
     pub(crate) fn end_hands_strokes(&mut self) {
         let t = self.now_secs();
         self.input.hands.stop(t, &mut self.events);
-        if let Some(senders) = &mut self.input.senders {
-            senders.stop(t, &mut self.events);
-        }
         self.apply_events();
     }
 
-    pub(crate) fn new_session(&self) -> Session {
-        match &self.input.senders {
-            Some(_) => Session::of_several(&self.autosaves),
-            None => Session::new(&self.autosaves),
-        }
-    }
-
     /// Erases the stroke nearest to a point, if the stroke is within reach.
-    fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
+    fn erase_near(&mut self, t: f64, p: Vec3) {
         /// Largest distance from the point to a stroke, metres: about a finger's width.
         const REACH_M: f32 = 0.01;
         let scene = self.session.scene();
@@ -176,7 +123,7 @@ impl Studio {
         let stroke =
             nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !self.is_layer_held(stroke.layer()));
         if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {
-            self.events.push(Event::Erase { author, t, stroke });
+            self.events.push(Event::Erase { author: Author::SOLE, t, stroke });
             self.apply_events();
         }
     }

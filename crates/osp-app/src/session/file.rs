@@ -17,22 +17,13 @@ use crate::journal::{
 use osp_session::{
     atomic_file::Destination,
     platform::fs,
-    recording::{self, AUTHORS_FORMAT, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError},
+    recording::{self, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError},
 };
 
 impl Session {
     /// An empty, unnamed session.
     pub fn new(autosaves: &Autosaves) -> Self {
-        Self::unnamed(autosaves, our_header("sketch"))
-    }
-
-    /// An empty, unnamed session of several authors.
-    pub fn of_several(autosaves: &Autosaves) -> Self {
-        Self::unnamed(autosaves, of_several(our_header("sketch")))
-    }
-
-    fn unnamed(autosaves: &Autosaves, header: Header) -> Self {
-        let journal = Journal::unnamed(autosaves, "sketch", header);
+        let journal = Journal::unnamed(autosaves, "sketch", our_header("sketch"));
         Self::around(journal.expect("a header without numbers is sound"))
     }
 
@@ -95,7 +86,6 @@ impl Session {
         };
         if is_new && may_begin {
             let header = our_header(&stem(path));
-            let header = if how.of_several { of_several(header) } else { header };
             return Ok(Started::Empty(Box::new(Self::begin(path, header, autosaves)?)));
         }
         if how.access == Access::ReadOnly {
@@ -269,10 +259,6 @@ fn stem(path: &Path) -> Cow<'_, str> {
 
 fn is_ron(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "ron")
-}
-
-fn of_several(header: Header) -> Header {
-    Header { format: AUTHORS_FORMAT, ..header }
 }
 
 fn our_header(name: &str) -> Header {

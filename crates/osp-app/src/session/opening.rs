@@ -29,8 +29,6 @@ pub struct Opening {
     pub lenient: bool,
     /// Limits of the session.
     pub limits: Limits,
-    /// Whether a new file becomes a session of several authors.
-    pub of_several: bool,
     /// Whether the window shows the tools at once. Otherwise a sketch of another program is only looked at.
     pub draws: bool,
 }

@@ -15,7 +15,7 @@ use crate::{
     room::RoomView,
     selection::Selection,
     tool::ToolChoice,
-    tracker::{Hands, Senders, Tracker, Watch},
+    tracker::{Hands, Tracker, Watch},
     working::{WorkMode, Working},
 };
 use osp::{
@@ -73,8 +73,6 @@ pub(crate) struct Input {
     /// Whether the last frame left messages of the tracker unread.
     pub(crate) tracker_waits: bool,
     pub(crate) hands: Hands,
-    /// The senders of the tracker's messages, if each sender is a separate author.
-    pub(crate) senders: Option<Senders>,
     pub(crate) watch: Watch,
     /// Whether the tracker is being calibrated; hands then do not draw.
     pub(crate) is_calibrating: bool,

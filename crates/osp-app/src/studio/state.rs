@@ -12,7 +12,7 @@ use crate::{
     selection::Selection,
     session::Session,
     tool::ToolChoice,
-    tracker::{Listening, Senders, Tracker, Watch},
+    tracker::{Tracker, Watch},
 };
 use osp::polygon::VisibleBlocks;
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
@@ -22,7 +22,6 @@ use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 impl Studio {
     /// Sets the tracker to read.
     pub fn set_tracker(&mut self, tracker: Tracker) {
-        self.input.senders = (tracker.listening == Listening::Authors).then(Senders::default);
         self.input.tracker = Some(tracker);
     }
 

@@ -1,4 +1,4 @@
-use std::{collections::BTreeMap, net::SocketAddr, str::FromStr, time::Duration};
+use std::{net::SocketAddr, str::FromStr, time::Duration};
 
 use super::osc::osc_key;
 use osp_session::platform::time::Instant;
@@ -7,24 +7,9 @@ use osp_session::platform::time::Instant;
 /// a thousand poses a second each stay below this limit.
 const DATAGRAMS_A_SECOND: u32 = 10_000;
 
-/// Largest number of senders that are authors simultaneously.
-const MOST_AUTHORS: usize = 16;
-
-/// The senders whose datagrams are accepted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Listening {
-    /// The first sender, until it is inactive.
-    #[default]
-    First,
-    /// All senders, each as an author of the session; at most 16 simultaneously.
-    Authors,
-}
-
 /// Options for accepting datagrams.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrackerOptions {
-    /// The accepted senders.
-    pub listening: Listening,
     /// Key with which a datagram must begin, if any.
     pub key: Option<TrackerKey>,
 }
@@ -78,8 +63,8 @@ pub(super) enum Admission {
 #[derive(Debug)]
 pub(super) struct Admittance {
     options: TrackerOptions,
-    /// The accepted senders, and the time of each sender's last valid message.
-    received: BTreeMap<SocketAddr, Instant>,
+    /// The accepted sender, and the time of its last valid message.
+    heard: Option<(SocketAddr, Instant)>,
     second_began: Option<Instant>,
     this_second: u32,
 }
@@ -87,20 +72,15 @@ pub(super) struct Admittance {
 impl Admittance {
     /// Time without messages after which another sender may replace the accepted sender, for example after a restart on
     /// another port.
-    pub(crate) const SILENCE: Duration = Duration::from_secs(5);
+    const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {
-        Self { options, received: BTreeMap::new(), second_began: None, this_second: 0 }
+        Self { options, heard: None, second_began: None, this_second: 0 }
     }
 
     pub(super) fn admit(&mut self, from: SocketAddr, packet: &[u8], now: Instant) -> Admission {
-        let most = match self.options.listening {
-            Listening::First => 1,
-            Listening::Authors => MOST_AUTHORS,
-        };
-        let is_there = |received: &Instant| now.duration_since(*received) < Self::SILENCE;
-        let is_stranger = self.received.values().filter(|received| is_there(received)).count() >= most
-            && !self.received.get(&from).is_some_and(is_there);
+        let is_stranger =
+            self.heard.is_some_and(|(sender, at)| sender != from && now.duration_since(at) < Self::SILENCE);
         let knows_key = match &self.options.key {
             None => true,
             Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
@@ -118,8 +98,7 @@ impl Admittance {
 
     /// Records that an admitted sender has sent a valid message: its datagrams are accepted from now on.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
-        self.received.retain(|_, received| now.duration_since(*received) < Self::SILENCE);
-        self.received.insert(from, now);
+        self.heard = Some((from, now));
     }
 }
 
@@ -165,21 +144,12 @@ mod tests {
         assert_eq!(admittance.admit(sender(1), b"undo", at(9_000)), Admission::Read);
         admittance.note_understood(sender(1), at(9_000));
         assert_eq!(admittance.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
-        let listening = Listening::Authors;
-        let mut several = Admittance::new(TrackerOptions { listening, ..TrackerOptions::default() });
-        for port in 1..=16 {
-            assert_eq!(several.admit(sender(port), b"undo", at(0)), Admission::Read);
-            several.note_understood(sender(port), at(u64::from(port)));
-        }
-        assert_eq!(several.admit(sender(17), b"undo", at(100)), Admission::Refused);
-        assert_eq!(several.admit(sender(16), b"undo", at(100)), Admission::Read);
-        assert_eq!(several.admit(sender(17), b"undo", at(5_001)), Admission::Read, "the first is silent");
     }
 
     #[test]
     fn only_who_knows_the_key_comes_in() {
         let key = Some("a-key".parse().expect("a key"));
-        let mut admittance = Admittance::new(TrackerOptions { key, ..TrackerOptions::default() });
+        let mut admittance = Admittance::new(TrackerOptions { key });
         let now = Instant::now();
         let mut admits = |packet: &[u8]| admittance.admit(sender(1), packet, now) == Admission::Read;
         for packet in [&b"key a-key\nundo"[..], b"key a-key", b"  key   a-key \r\nundo"] {

@@ -18,7 +18,6 @@ struct Hand {
 /// Converts a tracker's messages to the events of a session.
 #[derive(Clone, Debug)]
 pub struct Hands {
-    author: Author,
     hands: BTreeMap<u8, Hand>,
     first_brush: BrushChoice,
     head: Option<Pose>,
@@ -31,13 +30,7 @@ impl Hands {
 
     /// Hands that draw with `first_brush` until a message chooses another brush.
     pub fn new(first_brush: BrushChoice) -> Self {
-        Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, head: None }
-    }
-
-    /// Sets the author of the events that these hands produce.
-    #[must_use]
-    pub fn of_author(self, author: Author) -> Self {
-        Self { author, ..self }
+        Self { hands: BTreeMap::new(), first_brush, head: None }
     }
 
     /// The last pose of the head.
@@ -61,7 +54,7 @@ impl Hands {
         mut next_stroke: impl FnMut() -> StrokeId,
         out: &mut Vec<Event>,
     ) -> Option<Vec3> {
-        let author = self.author;
+        let author = Author::SOLE;
         match *message {
             Message::Head { p, q } => {
                 self.head = Some((p, q));

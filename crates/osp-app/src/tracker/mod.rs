@@ -25,8 +25,7 @@
 //! the normal are strings. A key is `/osp/key` with a string, the first message of a bundle.
 //!
 //! A socket accepts one sender: the first with a valid message, until it is inactive for five seconds. Datagrams of
-//! other senders, and datagrams without a required key, are counted and not read. Optionally, each sender is a separate
-//! author ([`Senders`]), at most sixteen simultaneously.
+//! other senders, and datagrams without a required key, are counted and not read.
 //!
 //! Messages do not depend on each other, so a lost packet costs only a sample. Malformed messages are counted and
 //! dropped. [`Hands`] converts messages to the events of a session; [`EventEncoder`] does the opposite.
@@ -37,16 +36,14 @@ mod hands;
 mod line;
 mod message;
 mod osc;
-mod senders;
 mod source;
 mod watch;
 
-pub use admittance::{Listening, TrackerKey, TrackerOptions};
+pub use admittance::{TrackerKey, TrackerOptions};
 pub use event_encoder::EventEncoder;
 pub use hands::{Hands, Pose};
 pub use line::{Malformed, parse_line, write_line};
 pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
-pub use senders::Senders;
 pub use source::{Counts, ReceivedMessage, Tracker, TrackerAddress, TrackerError};
 pub use watch::{Received, Watch};

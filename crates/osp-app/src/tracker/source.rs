@@ -15,7 +15,7 @@ use std::{
 use thiserror::Error;
 
 use super::{
-    Listening, Message, TrackerOptions,
+    Message, TrackerOptions,
     admittance::{Admission, Admittance, is_osc},
     line::{frame_number, parse_line_noting},
     osc::parse_osc_noting,
@@ -149,13 +149,11 @@ impl Shared {
     }
 }
 
-/// A received message, with its time and sender.
+/// A received message, with its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceivedMessage {
     /// Time of arrival.
     pub at: Instant,
-    /// Sender of a message to a socket.
-    pub from: Option<SocketAddr>,
     /// The message.
     pub message: Message,
 }
@@ -167,8 +165,6 @@ pub struct Tracker {
     shared: Arc<Shared>,
     /// The address of the socket, with the port that the system assigned; `None` for a stream.
     pub local_address: Option<SocketAddr>,
-    /// The senders that are accepted.
-    pub listening: Listening,
     /// The reading thread; `None` for standard input, because its read cannot be interrupted.
     thread: Option<JoinHandle<()>>,
 }
@@ -209,7 +205,7 @@ impl Tracker {
             }
         };
         let thread = Some(spawned?).filter(|_| *address != TrackerAddress::StandardInput);
-        Ok(Self { messages, shared, local_address, listening: options.listening, thread })
+        Ok(Self { messages, shared, local_address, thread })
     }
 
     /// The next message, if one was received.
@@ -259,9 +255,9 @@ impl Output {
     }
 
     /// Queues a message of a socket if the queue has space; otherwise drops the message, because newer messages follow.
-    fn pass_on(&self, from: SocketAddr, message: Message) {
+    fn pass_on(&self, message: Message) {
         self.shared.tally().counts.messages += 1;
-        if self.sender.try_send(ReceivedMessage { at: Instant::now(), from: Some(from), message }).is_err() {
+        if self.sender.try_send(ReceivedMessage { at: Instant::now(), message }).is_err() {
             self.note_dropped(1);
         }
     }
@@ -269,7 +265,7 @@ impl Output {
     /// Queues a message of a stream. Waits for space in the queue, because a stream is a complete drawing and can wait.
     fn pass_on_patiently(&self, message: Message) {
         self.shared.tally().counts.messages += 1;
-        let mut received = ReceivedMessage { at: Instant::now(), from: None, message };
+        let mut received = ReceivedMessage { at: Instant::now(), message };
         while let Err(TrySendError::Full(back)) = self.sender.try_send(received) {
             if self.is_over() {
                 return;
@@ -340,7 +336,7 @@ impl Output {
                 admittance.note_understood(from, now);
             }
             self.note_dropped(messages.len().saturating_sub(MESSAGES_A_DATAGRAM) as u64);
-            messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(from, message));
+            messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(message));
             self.wake();
         }
     }

@@ -19,7 +19,7 @@ pub struct WindowOptions {
     pub size: Option<(u32, u32)>,
     /// A tracker to listen to.
     pub tracker: Option<TrackerAddress>,
-    /// The senders whose messages are accepted.
+    /// The messages that are accepted.
     pub tracker_options: TrackerOptions,
     /// A file to which one line of JSON is written for each frame.
     pub trace: Option<PathBuf>,

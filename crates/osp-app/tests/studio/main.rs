@@ -20,7 +20,6 @@ mod menus;
 mod paint_layers;
 mod panel;
 mod rigs;
-mod senders;
 mod spans;
 mod tracker;
 mod turns;
