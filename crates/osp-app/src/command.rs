@@ -19,7 +19,6 @@ pub enum Command {
     Undo,
     /// Redo the edit that was undone last.
     Redo,
-    /// Choose a tool.
     Tool(ToolChoice),
     /// Make the brush wider (positive) or narrower by steps.
     Widen(f32),
@@ -29,11 +28,9 @@ pub enum Command {
     Paint(Option<&'static Brush>),
     /// Set the brush colour, sRGB.
     Color([f32; 4]),
-    /// Set the drawing aids.
     Aids(Aids),
     /// Set the rule for the depth of new strokes.
     Snap(Snap),
-    /// Erase the selected strokes.
     EraseSelected,
     /// Change the selected strokes.
     Alter(Altering),
@@ -47,7 +44,6 @@ pub enum Command {
     Paste,
     /// Copy the selected strokes and paste the copies.
     Duplicate,
-    /// Select all strokes.
     SelectAll,
     /// Cancel the background work.
     CancelWork,
@@ -55,7 +51,6 @@ pub enum Command {
     CancelGesture,
     /// Clear the selection.
     SelectNone,
-    /// Group the selected strokes.
     GroupSelected,
     /// Select all strokes of a group and its descendants.
     SelectGroup(GroupId),
@@ -101,7 +96,6 @@ pub enum Command {
     Calibrate(RoomFromTracker),
     /// Start an empty session.
     New,
-    /// Open a session.
     Open(PathBuf),
     /// Open a session with options, such as read-only access.
     OpenAs(PathBuf, Opening),

@@ -26,11 +26,9 @@ pub use plan::{CullingPlan, Indexed};
 /// The insertion of a whole model into another index, with its duration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reindexed {
-    /// The index.
     pub kind: IndexKind,
     /// Number of polygons inserted.
     pub polygons: u64,
-    /// Duration.
     pub took: Duration,
     /// Whether a background thread inserted the polygons.
     pub in_background: bool,
@@ -39,11 +37,9 @@ pub struct Reindexed {
 /// Work of searches with rays and around points, summed since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchCounts {
-    /// Number of rays.
     pub rays: u64,
     /// Number of exact tests of polygons by rays.
     pub tests: u64,
-    /// Number of search points.
     pub points: u64,
     /// Number of polygons near search points whose boxes were tested one by one.
     pub near: u64,
@@ -56,7 +52,6 @@ pub struct Culling {
     /// other structures.
     pub plan: CullingPlan,
     pipeline: Pipeline,
-    /// Whether frustum culling is on.
     pub culls_by_frustum: bool,
     reindexed: Option<Reindexed>,
     searches: SearchCounts,
@@ -89,7 +84,6 @@ impl Culling {
         &self.pipeline
     }
 
-    /// The index itself.
     pub fn index(&self) -> &dyn SpatialIndex {
         self.pipeline.index()
     }
@@ -116,7 +110,6 @@ impl Culling {
         self.reindexed
     }
 
-    /// Counts of searches.
     pub fn searches(&self) -> SearchCounts {
         self.searches
     }

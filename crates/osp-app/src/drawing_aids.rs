@@ -9,7 +9,6 @@ use osp::view::View;
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::recording::{Author, Event, Motion, StrokeId};
 
-/// The drawing aids.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Aids {
     /// Whether strokes are straight, as with Shift.
@@ -26,7 +25,6 @@ pub struct Aids {
 pub(super) struct MirrorStrokes(pub(super) BTreeMap<StrokeId, (StrokeId, Motion)>);
 
 impl Studio {
-    /// The drawing aids in use.
     pub fn aids(&self) -> Aids {
         self.input.aids
     }

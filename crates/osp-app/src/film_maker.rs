@@ -15,9 +15,7 @@ pub type MakeFilm = fn(&Path, &Path, &dyn Fn(u64) -> bool) -> Result<String, Str
 /// The program's maker of films, which needs encoders that the window lacks.
 #[derive(Clone, Copy, Debug)]
 pub struct FilmMaker {
-    /// Number of pictures of a film with this name.
     pub pictures: fn(&Path) -> u64,
-    /// Makes a film.
     pub make: MakeFilm,
 }
 
@@ -27,7 +25,6 @@ impl Studio {
         self.work.film_maker = Some(maker);
     }
 
-    /// Whether the window makes films.
     pub fn makes_films(&self) -> bool {
         self.work.film_maker.is_some()
     }

@@ -7,7 +7,6 @@ use super::{
 };
 use osp_session::recording::Motion;
 
-/// A button of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Button {
     /// Left button, or the tip of a pen.
@@ -21,7 +20,6 @@ pub enum Button {
 /// Modifier keys that are held down.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Held {
-    /// Shift.
     pub shift: bool,
     /// Alt, which turns the left button into the right one, for pens without buttons.
     pub alt: bool,

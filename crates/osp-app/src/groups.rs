@@ -59,7 +59,6 @@ pub(super) fn whole_groups(scene: &Scene, strokes: &[StrokeId]) -> (Vec<GroupId>
 }
 
 impl Studio {
-    /// The groups of the model as a tree.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
         self.session.group_tree()
     }

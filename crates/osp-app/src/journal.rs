@@ -85,7 +85,6 @@ fn rest(missing: u64, kept_in: Option<&Path>) -> String {
 
 /// Reason for which a session was not saved.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum SaveError {
     /// The name does not end in `.ron`. Only such a file can be continued.
     #[error("{}: expected a name that ends in .ron", .0.display())]
@@ -193,7 +192,6 @@ impl Journal {
         self.is_named
     }
 
-    /// Whether the session is read-only.
     pub fn is_read_only(&self) -> bool {
         self.file.is_none()
     }

@@ -12,6 +12,8 @@
 //!
 //! This crate may depend on all others except `osp-cli`.
 
+#![allow(missing_docs, reason = "only this workspace uses the crate; many names need no comment")]
+
 pub use egui;
 
 mod altering;

@@ -74,7 +74,6 @@ impl Navigator {
         self.target
     }
 
-    /// Position of the eye.
     pub fn eye(&self) -> Vec3 {
         self.target + rotate(self.world_from_view(), Vec3::Z) * self.distance_m
     }

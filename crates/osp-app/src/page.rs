@@ -20,13 +20,11 @@ pub enum Wish {
     Replay(PathBuf),
     /// Read a session for a replay, and first show the finished model.
     Show(PathBuf),
-    /// Execute a command.
     Do(Command),
     /// Set whether the camera follows the replay's camera.
     FollowCamera(bool),
 }
 
-/// State of the window, for the page.
 #[derive(Clone, Debug, Default)]
 pub struct State {
     /// Number of frames shown so far.
@@ -35,7 +33,6 @@ pub struct State {
     pub adapter: String,
     /// Path of the session's file.
     pub path: PathBuf,
-    /// Whether the session is a replay.
     pub is_replay: bool,
     /// Number of played frames of a replay, or of events of a session for drawing.
     pub position: u64,
@@ -64,11 +61,9 @@ pub struct State {
 /// Input from a text field of the page. An on-screen keyboard needs such a field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Typed {
-    /// Text.
     Text(String),
     /// The key Backspace.
     Backspace,
-    /// The key Enter.
     Enter,
 }
 
@@ -90,7 +85,6 @@ thread_local! {
     static PAGE: RefCell<Page> = RefCell::default();
 }
 
-/// The state of the window.
 pub fn state() -> State {
     PAGE.with_borrow(|page| page.state.clone())
 }
@@ -159,7 +153,6 @@ pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
 /// next visit.
 #[derive(Clone, Debug)]
 pub struct Kept {
-    /// The file.
     pub path: PathBuf,
     /// Position of `bytes` in the file; the file's earlier bytes are unchanged.
     pub from: usize,

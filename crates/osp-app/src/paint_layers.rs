@@ -8,9 +8,7 @@ use osp_session::recording::{Author, Event, Paint};
 /// A layer as the window shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerRow {
-    /// Number of the layer.
     pub layer: u32,
-    /// Name of the layer.
     pub name: String,
     /// Whether the layer's strokes are hidden.
     pub is_hidden: bool,
@@ -29,7 +27,6 @@ pub enum LayerEdit {
     New,
     /// Make a layer the current layer.
     Choose(u32),
-    /// Name a layer.
     Name(u32, String),
     /// Hide or show the current layer.
     ToggleHidden,

@@ -29,7 +29,6 @@ const THINNEST: f32 = 0.1;
 /// The settings of the pen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brush {
-    /// The tool.
     pub tool: Tool,
     /// The brush of ribbons; `None` for plain ribbons.
     pub paint: Option<&'static brush::Brush>,

@@ -24,7 +24,6 @@ pub enum Question {
     Edits(Autosave),
     /// The session that is to be opened is damaged.
     Damaged {
-        /// The session.
         path: PathBuf,
         /// Position and kind of the damage.
         damage: String,
@@ -45,7 +44,6 @@ pub enum Question {
 /// A command that ends the current session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Then {
-    /// The window closes.
     Close,
     /// An empty session begins.
     New,
@@ -55,7 +53,6 @@ pub enum Then {
     Play(PathBuf),
 }
 
-/// An answer to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Open the session read-only.
@@ -66,7 +63,6 @@ pub enum Answer {
     TryAgain,
     /// Draw on a copy without the damaged parts.
     Lenient,
-    /// Replace the file.
     Replace,
     /// Save the session under another path first.
     SaveAs,
@@ -77,7 +73,6 @@ pub enum Answer {
 }
 
 impl Question {
-    /// The title of the question.
     pub fn title(&self) -> &'static str {
         match self {
             Self::Held(_) => "This session is open in another window",
@@ -88,7 +83,6 @@ impl Question {
         }
     }
 
-    /// The text of the question.
     pub fn text(&self) -> String {
         match self {
             Self::Held(held) => {

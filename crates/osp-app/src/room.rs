@@ -21,11 +21,9 @@ const NEAR_M: f32 = 0.02;
 /// One picture of a frame: the view of an eye on a screen, and its part of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomView {
-    /// The view.
     pub view: View,
     /// Index of the rig's screen.
     pub screen: usize,
-    /// The eye.
     pub eye: Eye,
     /// Lower left corner of the picture's part of the window, 0 to 1.
     pub from: Vec2,
@@ -50,7 +48,6 @@ pub struct Room {
 }
 
 impl Room {
-    /// A room with the screens of a rig.
     pub fn new(rig: Rig) -> Self {
         Self { stereo: rig.stereo, swaps_eyes: rig.swap_eyes, rig: Some(rig), shows_pattern: false }
     }

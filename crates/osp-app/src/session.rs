@@ -47,7 +47,6 @@ enum Source {
     /// Several authors: the server defines the order of events for all of them.
     #[cfg(feature = "live")]
     Live(Box<Live>),
-    /// A recording that is replayed.
     Replay(Box<Replay>),
 }
 
@@ -189,7 +188,6 @@ impl Session {
         self.journal.is_read_only()
     }
 
-    /// Whether the session is a replay of a recording.
     pub fn is_replay(&self) -> bool {
         matches!(self.source, Source::Replay(_))
     }
@@ -293,12 +291,10 @@ impl Session {
         self.replay().map_or_else(|| background_for(self.scene()), |replay| replay.background)
     }
 
-    /// The model.
     pub fn scene(&self) -> &Scene {
         &self.model.scene
     }
 
-    /// The groups of the model as a tree.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
         self.model.scene.group_tree()
     }
@@ -362,7 +358,6 @@ impl Session {
         (self.event_count(), Box::new(find))
     }
 
-    /// The session's header.
     pub fn header(&self) -> &Header {
         self.journal.header()
     }

@@ -17,9 +17,7 @@ use osp_render::{Depth, LineBatch, LineColor};
 /// A region of space in which strokes are selected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
-    /// A box.
     Box(Aabb),
-    /// A sphere.
     Sphere(Sphere),
 }
 

@@ -45,7 +45,6 @@ impl FrameStage {
 pub struct FrameTimes([u64; FrameStage::ALL.len()]);
 
 impl FrameTimes {
-    /// Sets the time of a stage.
     pub fn set(&mut self, stage: FrameStage, ns: u64) {
         self.0[stage as usize] = ns;
     }

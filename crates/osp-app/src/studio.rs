@@ -86,7 +86,6 @@ pub struct Studio {
 }
 
 impl Studio {
-    /// A studio that shows a session.
     pub fn new(session: Session, autosaves: Autosaves, index: IndexKind) -> Self {
         let resumed_secs = session.last_secs();
         let mut studio = Self {

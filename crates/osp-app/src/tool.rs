@@ -1,11 +1,9 @@
 use osp_session::recording::Tool;
 
-/// The tool of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToolChoice {
     /// Turns the camera and changes nothing. The panel of tools and the grid are hidden.
     Look,
-    /// Draws strokes.
     Draw(Tool),
     /// Erases the strokes that it touches.
     Erase,

@@ -29,7 +29,6 @@ pub(super) enum WorkMode {
     /// Immediately, before the command returns.
     #[default]
     AtOnce,
-    /// On a thread.
     Thread,
     /// In [`Studio::tend`](crate::Studio::tend), for this time in each call.
     Turns(Duration),
@@ -62,7 +61,6 @@ impl std::fmt::Debug for Runner {
 
 #[derive(Debug)]
 pub(super) struct Working {
-    /// Name of the work, for the user.
     what: String,
     kind: Kind,
     progress: Arc<Progress>,

@@ -36,7 +36,6 @@ impl Contender {
         }
     }
 
-    /// The contender with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::all().into_iter().find(|contender| contender.name() == name)
     }

@@ -46,7 +46,6 @@ impl Method {
         Self::Own(Occlusion::Depth),
     ];
 
-    /// All methods.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
         let others = [Occlusion::PreviousFrame, Occlusion::Auto].map(Self::Own).into_iter();
         Self::CULLERS.iter().copied().chain(others).chain([Self::Hzb, Self::Queries])
@@ -62,7 +61,6 @@ impl Method {
         }
     }
 
-    /// The method with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::all().find(|method| method.name() == name)
     }

@@ -148,7 +148,6 @@ impl Outline {
         Self { nodes, ids, boxes }
     }
 
-    /// Number of polygons.
     #[cfg(all(test, feature = "bench"))]
     pub(crate) fn len(&self) -> usize {
         self.ids.len()

@@ -96,7 +96,6 @@ pub struct Totals {
     /// Number of nodes of the culler, or of covered tiles.
     pub planes: u64,
     pub node_tests: u64,
-    /// Number of polygons tested.
     pub polygon_tests: u64,
     pub select_ns: u64,
     pub build_ns: u64,

@@ -86,7 +86,6 @@ impl Image {
             .map_err(|error| RenderError::Write { path: path.to_owned(), reason: error.to_string() })
     }
 
-    /// Writes the picture as PNG.
     pub fn write_png_to(&self, out: &mut dyn io::Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(out, self.width, self.height);
         encoder.set_color(png::ColorType::Rgba);

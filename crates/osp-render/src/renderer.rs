@@ -393,7 +393,6 @@ impl Renderer {
     }
 }
 
-/// The runs of a view.
 fn runs_of<'a>(first: &'a ViewSlot, slot: &'a ViewSlot) -> impl Iterator<Item = &'a Run> {
     let common = if slot.is_second { first.order.common_runs() } else { &[] };
     common.iter().chain(&slot.order.runs)

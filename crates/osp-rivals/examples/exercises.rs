@@ -20,12 +20,10 @@ const TRIANGLES: [[Vec3; 3]; 5] = [
     [vec3(4.0, 0.0, -2.0), vec3(4.0, 1.0, -2.0), vec3(4.0, 0.0, -3.0)],
 ];
 
-/// The box of each triangle.
 fn boxes_of(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
     triangles.iter().map(|corners| Aabb::from_points(corners)).collect()
 }
 
-/// The box around all boxes.
 fn box_around(boxes: &[Aabb]) -> Aabb {
     boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
 }

@@ -18,19 +18,13 @@ use osp::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
 /// The indexes, by name. Those that are rebuilt do so in every commit that follows a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum IndexKind {
-    /// [`BruteForce`].
     BruteForce,
-    /// [`BruteSimd`].
     BruteSimd,
-    /// [`TimeOrder`].
     TimeOrder,
-    /// [`OspPaper`].
     OspPaper,
-    /// [`Osp`].
     Osp,
     /// The octree that the paper compares its tree with, in its best form, rebuilt.
     OctreeRebuild,
-    /// [`OctreePaper`].
     OctreePaper,
     /// An octree that stores a polygon in every child that it touches, rebuilt.
     OctreeEveryChild,
@@ -48,17 +42,13 @@ pub enum IndexKind {
     Lbvh,
     /// A hierarchy along the Morton curve whose top is made by the surface area heuristic, rebuilt.
     Hlbvh,
-    /// [`BvhTwoLevel`].
     BvhTwoLevel,
-    /// [`DynamicBvh`].
     DynamicBvh,
-    /// [`LooseOctree`].
     LooseOctree,
     /// A k-d tree that inserts polygons one at a time.
     KdTree,
     /// A quadtree over the ground that inserts polygons one at a time.
     Quadtree,
-    /// [`Bsp`].
     Bsp,
 }
 
@@ -122,7 +112,6 @@ impl IndexKind {
         Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
-    /// Whether the indexes of this kind use a setting.
     pub fn has(self, setting: IndexSetting) -> bool {
         match setting {
             IndexSetting::MaxDepth | IndexSetting::CutNodes => {

@@ -45,17 +45,11 @@ impl Default for IndexSettings {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IndexSetting {
-    /// [`IndexSettings::max_depth`].
     MaxDepth,
-    /// [`IndexSettings::cube`].
     Cube,
-    /// [`IndexSettings::cut_nodes`].
     CutNodes,
-    /// [`IndexSettings::buckets`].
     Buckets,
-    /// [`IndexSettings::leaf_capacity`].
     LeafCapacity,
-    /// [`IndexSettings::morton_bits`].
     MortonBits,
 }
 

@@ -18,7 +18,6 @@ use crate::platform::fs::{Identity, folder_of};
 
 /// Largest number of symbolic links that are followed one after the other, as on Linux.
 const MOST_LINKS: usize = 40;
-/// Prefix of the names of unfinished files.
 const PREFIX: &str = ".unfinished-";
 
 /// Whether the file has the name of an unfinished file. Such a file is being written, or a killed program left it

@@ -16,7 +16,6 @@ use crate::{
 };
 
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum OutputError {
     #[error("{}: expected a name that ends in {}", path.display(), endings.join(" or "))]
     Ending { path: PathBuf, endings: &'static [&'static str] },

@@ -13,11 +13,8 @@ use osp_session::scene::Scene;
 /// Settings for indexing and culling a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CullingPlan {
-    /// The index.
     pub kind: IndexKind,
-    /// Settings of the index.
     pub settings: IndexSettings,
-    /// The method of occlusion culling.
     pub occlusion: Method,
     pub(super) occluders: Option<usize>,
     /// The test that decides whether a node is hidden.
@@ -35,7 +32,6 @@ pub struct Indexed {
 }
 
 impl CullingPlan {
-    /// A plan with this index and this occlusion culling method.
     pub fn new(kind: IndexKind, occlusion: Method) -> Self {
         Self {
             kind,

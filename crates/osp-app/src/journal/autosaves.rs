@@ -52,7 +52,6 @@ pub struct Autosave {
 }
 
 impl Autosave {
-    /// The file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -86,7 +85,6 @@ impl Autosaves {
         Self { folder: folder.unwrap_or_else(default_folder) }
     }
 
-    /// The folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -211,7 +209,6 @@ fn name_without_time(path: &Path) -> Option<String> {
     unstamped(&name).map(str::to_owned)
 }
 
-/// The name of an autosave file without its time and number.
 fn unstamped(name: &str) -> Option<&str> {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let without_time = |name: &str| {

@@ -74,7 +74,6 @@ impl OpenElsewhere {
         Self { session: session.to_owned(), owner: None }
     }
 
-    /// The session.
     pub fn session(&self) -> &Path {
         &self.session
     }

@@ -36,7 +36,6 @@ const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
 /// Reason for which events cannot be written to a session's file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum Trouble {
     /// No file exists at the session's path any more.
     #[error("it was removed, or its folder was")]

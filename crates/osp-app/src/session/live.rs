@@ -35,7 +35,6 @@ const TEND: Duration = Duration::from_millis(500);
 /// The current pen position of another author.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherPen {
-    /// The author.
     pub author: Author,
     /// The last point, world space.
     pub at: Vec3,
@@ -148,7 +147,6 @@ impl Live {
         self.erasing.contains(&stroke)
     }
 
-    /// The name of the session.
     pub fn session(&self) -> &str {
         &self.session
     }
@@ -333,7 +331,6 @@ impl Live {
         others.filter_map(|(&author, (_, at))| Some(OtherPen { author, at: (*at)? }))
     }
 
-    /// The status of the connection.
     pub fn status(&self) -> Status {
         self.link.status()
     }

@@ -8,13 +8,11 @@ use thiserror::Error;
 use crate::journal::OpenElsewhere;
 use osp_session::recording::{Limits, OpenOptions, RecordingError};
 
-/// The access to a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
     /// Draw on the session.
     #[default]
     Write,
-    /// Only read the session.
     ReadOnly,
     /// Draw on a copy of the session.
     Copy,
@@ -23,11 +21,9 @@ pub enum Access {
 /// Options for opening a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Opening {
-    /// The access.
     pub access: Access,
     /// Whether to skip damaged parts instead of refusing the session. The user then draws on a copy.
     pub lenient: bool,
-    /// Limits of the session.
     pub limits: Limits,
     /// Whether the window shows the tools at once. Otherwise a sketch of another program is only looked at.
     pub draws: bool,
@@ -62,7 +58,6 @@ pub enum OpenError {
     /// Another window draws on the session.
     #[error(transparent)]
     Held(OpenElsewhere),
-    /// The user cancelled the opening.
     #[error("{}: opening it was cancelled", .0.display())]
     Cancelled(PathBuf),
 }

@@ -20,9 +20,7 @@ const PIECES_AHEAD: usize = 4;
 
 #[derive(Debug)]
 pub(crate) enum Started {
-    /// The session is empty.
     Empty(Box<Session>),
-    /// The session has events to read.
     Reads(Box<SessionReader>),
 }
 

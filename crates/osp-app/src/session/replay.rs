@@ -71,7 +71,6 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Number of frames of the session.
     pub fn frame_count(&self) -> u64 {
         self.recorded.frame_ends.len() as u64
     }
@@ -100,7 +99,6 @@ impl Replay {
         }
     }
 
-    /// Whether the replay is playing.
     pub fn is_playing(&self) -> bool {
         self.is_playing
     }

@@ -14,7 +14,6 @@ const MOST_SHOWN: usize = 100;
 /// Another author's pen in the model's part of the window. Positions are 0 to 1 from the left and the lower border.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherInView {
-    /// The author.
     pub author: Author,
     /// The author's name; may be empty.
     pub name: String,

@@ -35,7 +35,6 @@ pub struct FrameReport {
     pub strokes_ns: u64,
     /// Number of input samples in this frame.
     pub samples: u64,
-    /// Number of drawn polygons.
     pub drawn: u64,
 }
 

@@ -81,12 +81,10 @@ impl Studio {
         &self.session
     }
 
-    /// The model.
     pub fn scene(&self) -> &Scene {
         self.session.scene()
     }
 
-    /// The culling.
     pub fn culling(&self) -> &Culling {
         &self.culling
     }
@@ -101,7 +99,6 @@ impl Studio {
         self.input.brush
     }
 
-    /// The tool of the pointer.
     pub fn tool(&self) -> ToolChoice {
         self.input.tool
     }
@@ -137,12 +134,10 @@ impl Studio {
         &self.input.selection
     }
 
-    /// The camera.
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
     }
 
-    /// The screens.
     pub fn room(&self) -> &Room {
         &self.room
     }

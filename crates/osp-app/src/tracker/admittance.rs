@@ -23,7 +23,6 @@ impl TrackerKey {
     /// Longest key, bytes.
     pub const MAX_BYTES: usize = 64;
 
-    /// The word.
     pub fn as_str(&self) -> &str {
         &self.0
     }

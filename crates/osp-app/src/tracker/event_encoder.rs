@@ -13,7 +13,6 @@ use osp_session::{
 /// Events without a corresponding message (groups, moved strokes, finished polygons) are skipped and counted.
 #[derive(Clone, Debug, Default)]
 pub struct EventEncoder {
-    /// The stroke of each hand.
     hands: Vec<Option<Drawing>>,
     /// The first point of each stroke. An erase message at this point erases the stroke.
     starts: HashMap<StrokeId, Vec3>,

@@ -110,7 +110,6 @@ impl Hands {
         out.extend(strokes.map(|stroke| Event::End { t, stroke }));
     }
 
-    /// Whether any hand is drawing.
     pub fn is_drawing(&self) -> bool {
         self.hands.values().any(|hand| hand.drawing.is_some())
     }

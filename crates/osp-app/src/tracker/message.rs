@@ -6,10 +6,8 @@ use osp_session::{
     recording::{NormalRule, Tool},
 };
 
-/// The brush of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrushChoice {
-    /// The tool.
     pub tool: Tool,
     /// The brush of a ribbon; `None` for a plain ribbon.
     pub paint: Option<&'static Brush>,
@@ -21,21 +19,17 @@ pub struct BrushChoice {
     pub normal: NormalRule,
 }
 
-/// One message of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
     /// The pose of the head.
     Head {
-        /// Position.
         p: Vec3,
         /// Rotation from head space to world space.
         q: Quat,
     },
     /// The pose of a hand; it draws while `pressure` is above 0.
     Hand {
-        /// Number of the hand.
         hand: u8,
-        /// Position.
         p: Vec3,
         /// Rotation from hand space to world space.
         q: Quat,
@@ -43,17 +37,9 @@ pub enum Message {
         pressure: f32,
     },
     /// The brush of a hand, from its next stroke on.
-    Brush {
-        /// Number of the hand.
-        hand: u8,
-        /// The brush.
-        brush: BrushChoice,
-    },
+    Brush { hand: u8, brush: BrushChoice },
     /// Erase the stroke at a position.
-    Erase {
-        /// Position.
-        p: Vec3,
-    },
+    Erase { p: Vec3 },
     /// Undo the last edit.
     Undo,
     /// Redo the edit that was undone last.

@@ -133,7 +133,6 @@ impl<'a> Arguments<'a> for Values<'a> {
     }
 }
 
-/// A message as an OSC packet.
 pub fn osc_packet(message: &Message) -> Vec<u8> {
     let (name, arguments) = message.written();
     let (mut tags, mut values) = (",".to_owned(), Vec::new());

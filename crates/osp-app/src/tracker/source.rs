@@ -154,7 +154,6 @@ impl Shared {
 pub struct ReceivedMessage {
     /// Time of arrival.
     pub at: Instant,
-    /// The message.
     pub message: Message,
 }
 

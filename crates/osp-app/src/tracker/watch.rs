@@ -20,7 +20,6 @@ const COUNTED: Duration = Duration::from_secs(1);
 pub struct Watch {
     head: Body,
     hands: BTreeMap<u8, Body>,
-    /// Number of the hand of the last message.
     last_hand: u8,
     /// Arrival of the first pose that no picture has shown yet.
     waiting: Option<Instant>,

@@ -55,7 +55,6 @@ impl PreviewGrid {
         Self::COLUMNS
     }
 
-    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.brushes().count().div_ceil(Self::COLUMNS)
     }

@@ -110,7 +110,6 @@ impl Interface {
         self.is_fullscreen
     }
 
-    /// Adds the times of a frame.
     pub fn note_frame(&mut self, times: FrameTimes) {
         self.history.push(times);
     }

@@ -12,7 +12,6 @@ use crate::{
 };
 use osp_render::RenderError;
 
-/// Options of a window.
 #[derive(Clone, Debug, Default)]
 pub struct WindowOptions {
     /// Width and height in points; `None` means 1280 by 800.
@@ -27,7 +26,6 @@ pub struct WindowOptions {
     pub settings: Option<PathBuf>,
 }
 
-/// A monitor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MonitorInfo {
     /// Number of the monitor from 1, ordered from left to right, then from top to bottom.
@@ -55,9 +53,7 @@ fn without_place(error: &str) -> &str {
 
 /// Reason for which a window cannot be opened, or has closed.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum WindowError {
-    /// The system has no display.
     #[error("no window can be opened: {}", without_place(.0))]
     NoDisplay(String),
     /// No adapter can draw.

@@ -39,7 +39,6 @@ const MOST_SHAPES: usize = 1_100_000;
 pub struct GrowthConfig {
     /// Numbers of polygons of the models.
     pub sizes: Vec<u32>,
-    /// The indexes.
     pub kinds: Vec<Contender>,
     /// The reference index, with which the others are compared frame by frame.
     pub reference: IndexKind,

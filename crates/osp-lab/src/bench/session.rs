@@ -23,11 +23,9 @@ pub struct SessionInput {
     pub summary: Summary,
     /// Part of the session that each frame plays.
     pub pace: Pace,
-    /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
     /// The modelling volume.
     pub root: Aabb,
-    /// The indexes.
     pub kinds: Vec<Contender>,
     /// The reference, with which the others are compared; it is one of `kinds`.
     pub reference: IndexKind,

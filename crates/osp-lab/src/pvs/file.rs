@@ -43,7 +43,6 @@ const LEVEL: i32 = 9;
 const WINDOW_LOG: u32 = 23;
 
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum PvsError {
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },

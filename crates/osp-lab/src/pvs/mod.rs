@@ -59,7 +59,6 @@ impl ViewCells {
         }
     }
 
-    /// Number of cells.
     pub fn len(&self) -> usize {
         self.count.element_product() as usize
     }

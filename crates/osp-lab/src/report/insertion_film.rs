@@ -40,7 +40,6 @@ const OF_AXIS: [RGBColor; 3] = [ORANGE, GREEN, PURPLE];
 #[derive(Clone, Debug)]
 pub struct InsertionFilm<'a> {
     pub title: String,
-    /// The model.
     pub scene: &'a Scene,
     /// The ids of the polygons that are inserted, in order.
     pub polygons: Vec<PolygonId>,

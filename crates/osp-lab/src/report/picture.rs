@@ -13,7 +13,6 @@ use osp::math::Aabb;
 
 /// The kinds of picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "their names describe them")]
 pub enum ChartFormat {
     Png,
     Svg,
@@ -111,7 +110,6 @@ pub enum Side {
 }
 
 impl Side {
-    /// All sides.
     pub const ALL: [Self; 3] = [Self::Front, Self::Top, Self::Right];
 
     /// The side's name on the command line.

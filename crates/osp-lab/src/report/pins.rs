@@ -35,7 +35,6 @@ pub struct Pin {
 }
 
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum PinError {
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },

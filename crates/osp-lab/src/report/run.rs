@@ -281,7 +281,6 @@ impl RunReport {
 /// The replay of a session through several indexes.
 #[derive(Clone, Debug)]
 pub struct ReplayReport {
-    /// Name of the file.
     pub recording: String,
     pub strokes: u64,
     pub points: u64,

@@ -10,7 +10,6 @@ use osp_session::scene::Scene;
 /// A view of a model: its occluders, and the polygons in view with their true visibility.
 #[derive(Debug)]
 pub struct ShadowLook<'a> {
-    /// The polygons.
     pub(super) scene: &'a Scene,
     pub view: ShadowView,
     pub(super) in_view: Vec<(PolygonId, Sight)>,

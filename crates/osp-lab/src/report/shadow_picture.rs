@@ -49,7 +49,6 @@ const SHADOW: RGBColor = RGBColor(40, 60, 110);
 #[derive(Clone, Debug)]
 pub struct ShadowPicture<'a> {
     pub title: String,
-    /// The view.
     pub look: &'a ShadowLook<'a>,
     /// The forms, from left to right.
     pub panels: Vec<ShadowPanel>,

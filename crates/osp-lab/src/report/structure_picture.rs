@@ -60,7 +60,6 @@ pub struct StructurePicture<'a> {
     /// The indexes, from left to right.
     pub panels: &'a [StructurePanel],
     pub view: StructureView,
-    /// The polygons.
     pub scene: &'a Scene,
     /// Meaning of the colours.
     pub colors: CellColors,

@@ -80,7 +80,6 @@ impl RigReport {
     }
 }
 
-/// Counts of a view in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct ViewCounts {
     pub(super) in_view: u32,

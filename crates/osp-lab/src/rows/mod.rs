@@ -44,7 +44,6 @@ pub struct Row {
 pub struct Part {
     /// The name of the part, which rows have before the slash.
     pub part: &'static str,
-    /// The heading.
     pub title: &'static str,
     pub notes: Vec<String>,
 }
@@ -53,7 +52,6 @@ pub struct Part {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
     pub part: &'static str,
-    /// The heading.
     pub title: String,
     /// Name of the horizontal axis.
     pub x: &'static str,
@@ -162,7 +160,6 @@ impl Figures<'_> {
         self
     }
 
-    /// Adds a number.
     pub fn value(&mut self, figure: &str, unit: &'static str, value: f64) -> &mut Self {
         self.push(figure, unit, value, None)
     }

@@ -51,7 +51,6 @@ pub(crate) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// The names of the structures.
     pub(crate) fn indexes(&self) -> Vec<&'a str> {
         distinct(self.rows.iter().map(|row| row.index.as_str()).filter(|index| !index.is_empty()))
     }

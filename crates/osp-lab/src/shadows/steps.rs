@@ -18,7 +18,6 @@ pub enum ShadowForm {
 }
 
 impl ShadowForm {
-    /// All forms.
     pub const ALL: [Self; 2] = [Self::Conservative, Self::Paper];
 
     /// The name of the method of occlusion culling with this form.

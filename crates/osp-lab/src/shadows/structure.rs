@@ -24,7 +24,6 @@ pub struct ShadowNode {
     pub holds: ShadowHolds,
 }
 
-/// Contents of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShadowHolds {
     /// A plane through the eye.

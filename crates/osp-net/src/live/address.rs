@@ -18,7 +18,6 @@ const CREDENTIALS_BYTES: u64 = 4096;
 
 /// An error in an address or in its options.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum AddressError {
     /// The text is not the address of a shared session; `found` lacks the parts that may be a password.
     #[error("expected nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME; found `{found}` ({why})")]
@@ -48,12 +47,7 @@ pub enum Credentials {
     /// A shared token.
     Token(String),
     /// A user with a password.
-    User {
-        /// The name.
-        name: String,
-        /// The password.
-        password: String,
-    },
+    User { name: String, password: String },
 }
 
 /// Secrets are not printed.
@@ -91,7 +85,6 @@ impl Credentials {
 pub struct Address {
     host: String,
     port: u16,
-    /// The name of the session.
     pub session: String,
     /// Whether the connection is encrypted (`tls://`).
     pub is_encrypted: bool,

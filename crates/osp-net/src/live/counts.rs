@@ -47,7 +47,6 @@ impl Counts {
 /// Times of this member's messages to the server and back, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
-    /// Number of messages.
     pub messages: u64,
     /// Median.
     pub p50_us: u64,

@@ -2,7 +2,6 @@ use thiserror::Error;
 
 /// The reason why a connection has ended permanently.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum LiveError {
     /// The system provides no thread or socket.
     #[error("no connection can be begun")]

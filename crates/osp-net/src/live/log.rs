@@ -40,7 +40,6 @@ pub(super) struct Log {
     rates: Rates,
     joins: JoinRate,
     tally: Tally,
-    /// Number of authors that have joined.
     joined: u32,
     /// The largest size of a session.
     limits: Limits,

@@ -19,7 +19,6 @@ use osp_session::recording::{Author, Event, Sender};
 pub enum News {
     /// The next events of the session.
     Events {
-        /// The events.
         events: Vec<Event>,
         /// Number of this member's acknowledged events. They are among `events`, in the same order, or they end a
         /// stroke that had already ended.
@@ -27,7 +26,6 @@ pub enum News {
     },
     /// This member's events that will never be in the session.
     Refused {
-        /// The reason.
         why: String,
         /// Number of these events. They are the oldest of this member's events that are not in the session.
         own: usize,
@@ -100,7 +98,6 @@ impl Member {
         self.outbox.as_ref().map_or(0, |outbox| outbox.pending)
     }
 
-    /// Whether this member draws.
     pub(super) fn may_send(&self) -> bool {
         self.outbox.is_some() && !self.has_left
     }

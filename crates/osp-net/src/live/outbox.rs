@@ -71,7 +71,6 @@ pub(super) struct Answered {
 /// The name and colour of this member in the session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Who {
-    /// The name.
     pub name: String,
     /// The colour in which the window shows this member's strokes: red, green, blue, each from 0 to 1, sRGB; `None` for
     /// no colour.

@@ -170,7 +170,6 @@ pub(super) enum NoAnswer {
     Later(String),
     /// The stream does not exist, and the request may not create it.
     NoStream,
-    /// The server has no streams.
     NoStreams(String),
 }
 

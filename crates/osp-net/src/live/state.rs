@@ -20,7 +20,6 @@ pub enum Role {
     Watcher,
 }
 
-/// State of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Connection {
     /// The server has not answered yet.
@@ -28,7 +27,6 @@ pub enum Connection {
     Connecting,
     /// The log is being read, up to its end at the time when the connection began.
     Reading {
-        /// Number of messages read.
         read: u64,
         /// Number of messages to read.
         of: u64,
@@ -47,7 +45,6 @@ pub enum Connection {
 /// State of a member's connection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
-    /// State of the connection.
     pub connection: Connection,
     /// The last error of the server or the system since the connection was live.
     pub trouble: Option<String>,
@@ -59,7 +56,6 @@ pub struct Status {
     pub pending: usize,
     /// Whether the log was read to its end at least once.
     pub has_caught_up: bool,
-    /// Counts of messages.
     pub counts: Counts,
     /// The error of the last faulty message ([`Counts::faulty`]), with its number in the log.
     pub last_passed: Option<String>,

@@ -13,7 +13,6 @@ pub(super) const NO_NODE: u32 = u32::MAX;
 /// The size of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BspCounts {
-    /// Number of nodes.
     pub nodes: usize,
     /// Number of pieces of all polygons; the number of polygons if nothing was cut.
     pub pieces: usize,

@@ -10,7 +10,6 @@ use crate::item::Item;
 /// Largest number of bits of an axis.
 pub(crate) const MOST_BITS: u32 = 21;
 
-/// Number of bits of a code.
 pub(super) const CODE_BITS: u32 = 3 * MOST_BITS;
 
 /// The code of a polygon, and the polygon's index among the items.

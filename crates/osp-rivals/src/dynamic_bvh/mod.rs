@@ -29,7 +29,6 @@ use osp::{
 #[derive(Debug)]
 pub struct DynamicBvh {
     inserted: InsertedBoxes,
-    /// For each polygon, its leaf.
     leaf: ById<u32>,
     tree: BoxTree,
 }

@@ -338,7 +338,6 @@ impl Ancestors {
         }
     }
 
-    /// Number of ancestors.
     fn len(&self) -> usize {
         self.len - 1
     }

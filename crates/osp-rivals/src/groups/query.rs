@@ -10,7 +10,6 @@ use osp::{
 /// The polygons of a mesh that a view may see.
 #[derive(Clone, Copy, Debug)]
 pub enum Polygons<'a> {
-    /// All polygons.
     All,
     /// The polygons of this set, at least one.
     Some(&'a VisibleBlocks),

@@ -52,7 +52,6 @@ impl Slot {
     const EMPTY: Self = Self { chain: buckets::NONE, polygons: 0 };
 }
 
-/// The tree.
 #[derive(Debug)]
 pub struct LooseOctree {
     grid: LooseGrid,

@@ -68,7 +68,6 @@ impl<S: Sink> WithKernel for Cull<'_, S> {
 }
 
 impl<S: Sink> Cull<'_, S> {
-    /// Culls the polygons of a slot.
     #[inline(always)]
     fn chain<K: Kernel>(&mut self, kernel: K, slot: usize, mask: u8, work: &mut WorkCounts) {
         let chain = self.tree.slots[slot].chain;

@@ -19,7 +19,6 @@ pub struct OspPlace {
 }
 
 impl OspPlace {
-    /// The place of the node with this number.
     pub(super) fn of_node(node: u32) -> Self {
         let depth = (node + 1).ilog2();
         Self { depth, path: node + 1 - (1 << depth) }

@@ -30,7 +30,6 @@ pub enum PeerKind {
 }
 
 impl PeerKind {
-    /// All kinds.
     pub const ALL: &'static [Self] =
         &[Self::Parry, Self::ParryRebuilt, Self::Obvhs, Self::ObvhsRebuilt, Self::Rstar];
 

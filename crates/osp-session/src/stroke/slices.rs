@@ -18,7 +18,6 @@ pub struct SlicesBuilder {
     scale: f32,
     knots: Knots,
     last: Option<Frame>,
-    /// Number of polygons in kept slices.
     kept: u32,
 }
 

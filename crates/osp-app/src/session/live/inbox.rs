@@ -30,7 +30,6 @@ impl Inbox {
         self.events.extend(events);
     }
 
-    /// The events of the next frame.
     pub(super) fn next(&mut self) -> &[Event] {
         let mut room = EVENTS_A_FRAME;
         let fits = |event: &&Event| {

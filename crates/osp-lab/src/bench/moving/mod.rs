@@ -47,7 +47,6 @@ const LONGEST: f64 = 20.0;
 pub struct MovingConfig {
     /// Numbers of polygons of the models.
     pub sizes: Vec<u32>,
-    /// The structures.
     pub kinds: Vec<Contender>,
     pub reference: IndexKind,
     /// Time for the frames of a structure with one motion, seconds.

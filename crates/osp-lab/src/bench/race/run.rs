@@ -20,16 +20,13 @@ pub struct RaceInput {
     pub summary: Summary,
     /// Part of the session that each frame plays.
     pub pace: Pace,
-    /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
     /// The modelling volume.
     pub root: Aabb,
-    /// The structures.
     pub kinds: Vec<Contender>,
 }
 
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RaceError {
     #[error(transparent)]
     Recording(#[from] RecordingError),

@@ -67,7 +67,6 @@ const TOGETHER: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct RaysConfig {
-    /// The structures.
     pub kinds: Vec<Contender>,
     pub reference: IndexKind,
     /// Number of rays from outside, of rays from inside, of boxes and of points.
