@@ -13,7 +13,6 @@ mod numbers;
 mod output;
 mod outputs;
 mod parsers;
-mod pick;
 mod played;
 mod progress;
 mod query;
@@ -173,7 +172,6 @@ enum Command {
     Verify(verify::VerifyArgs),
     Study(study::StudyArgs),
     Query(query::QueryArgs),
-    Pick(pick::PickArgs),
     Synth(synth::SynthArgs),
     DrawIndex(draw_args::DrawIndexArgs),
     DrawInsertion(draw_args::DrawInsertionArgs),
@@ -231,7 +229,6 @@ impl Command {
             Self::DrawInsertion(args) => of_feature!("bench", draw_insertion::run, args),
             Self::DrawOcclusion(args) => of_feature!("bench", draw_occlusion::run, args),
             Self::Race(args) => of_feature!("bench", race::run, args),
-            Self::Pick(args) => pick::run(args),
             Self::Query(args) => query::run(args),
             Self::Study(args) => study::run(args),
             Self::Synth(args) => synth::run(args),

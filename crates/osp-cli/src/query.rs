@@ -5,26 +5,30 @@ use std::{str::FromStr, time::Instant};
 use anyhow::{anyhow, bail, ensure};
 use clap::{Args, ValueEnum};
 use comfy_table::{Cell, CellAlignment};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use super::{
     output::{Outcome, print_result},
+    parsers::camera_parser,
     played::{IndexedFrameArgs, Played},
     ray_search::{self, RaySearch, RaySearchArgs},
 };
 use osp::{
     index::{SpatialIndex, WorkCounts},
-    math::{Aabb, Ray, Sphere},
+    math::{Aabb, Ray, Sphere, rotate},
     polygon::PolygonId,
 };
 use osp_lab::{
     outline::Steps,
     report::{columns_table, thousands},
 };
-use osp_session::scene::Scene;
+use osp_session::{
+    replay::{CameraChoice, CameraPath},
+    scene::Scene,
+};
 
-/// Find polygons in a box or a sphere, near a point, or along a ray.
+/// Find polygons in a box or a sphere, near a point, along a ray, or under a point of a picture.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp query recordings/room.ron --box -1,0,-1 1,2,1
@@ -33,6 +37,7 @@ use osp_session::scene::Scene;
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --hits nearest
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --search best-first \\
       --radius 0.1 --index kd-tree
+  osp query sketch.tilt --at 0.25,0.5 --frame 120 --camera orbit
 
 The command prints the strokes found, and each polygon with its distance from the sphere's centre, the point or the \
 ray's start. Then it prints the number of polygons that were tested exactly, and of nodes and boxes that the index \
@@ -43,7 +48,11 @@ test them facing the ray's start.")]
 pub(super) struct QueryArgs {
     #[command(flatten)]
     part: PartArgs,
-    /// Polygons to report along a ray [default: all].
+    /// Position of the eye of --at: `auto` is the recorded head path, else the session's own camera, else `orbit`.
+    /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser(), requires = "at")]
+    camera: CameraChoice,
+    /// Polygons to report along a ray [default: `all` of --ray, the `nearest` of --at].
     #[arg(long, value_enum)]
     hits: Option<Hits>,
     #[command(flatten)]
@@ -70,6 +79,25 @@ struct PartArgs {
     /// Find polygons along a ray, by its start and its direction.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     ray: Option<Vec<Numbers>>,
+    /// Find polygons under a point of the frame's picture: 0,0 is the upper left corner, 1,1 the lower right one.
+    #[arg(long, value_name = "X,Y")]
+    at: Option<At>,
+}
+
+/// A point of the picture, from the upper left corner.
+#[derive(Clone, Copy, Debug)]
+struct At(Vec2);
+
+impl FromStr for At {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split_once(',')
+            .and_then(|(x, y)| Some(Vec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)))
+            .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(Vec2::ONE).all())
+            .map(Self)
+            .ok_or_else(|| format!("expected X,Y, both from 0 to 1; found `{text}`"))
+    }
 }
 
 /// Finite numbers, separated by commas.
@@ -117,6 +145,7 @@ enum Part {
     Sphere(Sphere),
     Nearest(Vec3, usize),
     Ray(Ray),
+    At(Vec2),
 }
 
 impl PartArgs {
@@ -147,7 +176,8 @@ impl PartArgs {
                 Ok(Part::Nearest(point, count as usize))
             }
             Self { ray: Some(values), .. } => Ok(Part::Ray(ray_of(values)?)),
-            _ => bail!("expected --box, --sphere, --nearest or --ray"),
+            Self { at: Some(At(at)), .. } => Ok(Part::At(*at)),
+            _ => bail!("expected --box, --sphere, --nearest, --ray or --at"),
         }
     }
 }
@@ -177,14 +207,14 @@ struct Found {
 }
 
 #[derive(Clone, Copy, Serialize)]
-pub(super) struct Work {
+struct Work {
     nodes: u64,
     boxes: u64,
 }
 
 impl Work {
     /// Returns the counts as a part of a sentence.
-    pub(super) fn text(&self) -> String {
+    fn text(&self) -> String {
         format!(" looked at {} nodes and {} boxes,", thousands(self.nodes), thousands(self.boxes))
     }
 }
@@ -217,20 +247,37 @@ struct Report<'a> {
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
     let part = args.part.part()?;
-    ensure!(args.hits.is_none() || args.part.ray.is_some(), "--hits: expected with --ray alone");
-    ensure!(
-        !args.search.is_given() || args.part.ray.is_some(),
-        "--search, --radius: expected with --ray alone"
-    );
+    let is_along = matches!(part, Part::Ray(_) | Part::At(_));
+    ensure!(args.hits.is_none() || is_along, "--hits: expected with --ray or --at");
+    ensure!(!args.search.is_given() || is_along, "--search, --radius: expected with --ray or --at");
     ensure!(
         !args.search.is_given() || args.hits != Some(Hits::Any),
         "--hits any: expected without --search and --radius, because `any` is the first hit of the index's own search"
     );
     let (played, pipeline) = Played::in_index(&args.frame)?;
     let search = args.search.of(pipeline.index(), &played.scene);
-    let along = Along { hits: args.hits.unwrap_or(Hits::All), radius_m: args.search.radius_m(), search };
+    let mut along = Along {
+        hits: args.hits.unwrap_or(if let Part::At(_) = part { Hits::Nearest } else { Hits::All }),
+        radius_m: args.search.radius_m(),
+        up: Vec3::Y,
+        most_m: f32::INFINITY,
+        search,
+    };
+    let ray = match part {
+        Part::At(at) => {
+            let view = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds)
+                .view(&played.moment);
+            // In the picture y points down, in the view up.
+            let ray = view.ray_through(Vec2::new(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0));
+            let metres_a_depth = ray.direction.length();
+            along.up = rotate(view.world_from_view, Vec3::Y);
+            along.most_m = view.projection.far_m * metres_a_depth;
+            Part::Ray(Ray::new(ray.origin, ray.direction / metres_a_depth))
+        }
+        part => part,
+    };
     let start = Instant::now();
-    let mut answer = run_query(pipeline.index(), &played.scene, &part, &along);
+    let mut answer = run_query(pipeline.index(), &played.scene, &ray, &along);
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
     let order = |found: &(PolygonId, Option<f32>)| (found.1.unwrap_or(0.0), found.0);
     answer.found.sort_unstable_by(|a, b| {
@@ -256,6 +303,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
             Part::Sphere(_) => "sphere",
             Part::Nearest(..) => "nearest",
             Part::Ray(_) => "ray",
+            Part::At(_) => "at",
         },
         found,
         strokes,
@@ -279,6 +327,9 @@ struct Answer {
 struct Along {
     hits: Hits,
     radius_m: f32,
+    /// The upward direction of particles that face the ray's start.
+    up: Vec3,
+    most_m: f32,
     search: Option<RaySearch>,
 }
 
@@ -321,17 +372,17 @@ fn run_query(index: &dyn SpatialIndex, scene: &Scene, part: &Part, along: &Along
         Part::Ray(ray) => {
             let mut meet = |id| {
                 *asked += 1;
-                ray_search::meet(&scene.polygon_from(id, ray.origin, Vec3::Y), &ray, along.radius_m)
+                ray_search::meet(&scene.polygon_from(id, ray.origin, along.up), &ray, along.radius_m)
             };
             let mut nearest = |hit: &mut dyn FnMut(PolygonId) -> Option<f32>| {
-                let Some(search) = &along.search else { return index.ray_nearest(&ray, f32::INFINITY, hit) };
+                let Some(search) = &along.search else { return index.ray_nearest(&ray, along.most_m, hit) };
                 let (found, steps) = search.nearest(&ray, hit);
                 *work = Some(steps.into());
-                found
+                found.filter(|(_, t)| *t <= along.most_m)
             };
             let hit = match along.hits {
                 Hits::Nearest => nearest(&mut meet),
-                Hits::Any => index.ray_any(&ray, f32::INFINITY, &mut meet),
+                Hits::Any => index.ray_any(&ray, along.most_m, &mut meet),
                 Hits::All => {
                     // Returning no hit makes the search continue to the end of the ray.
                     nearest(&mut |id| {
@@ -342,6 +393,8 @@ fn run_query(index: &dyn SpatialIndex, scene: &Scene, part: &Part, along: &Along
             };
             found.extend(hit.map(|(id, t)| (id, Some(t))));
         }
+        // Its ray was searched.
+        Part::At(_) => {}
     }
     answer
 }

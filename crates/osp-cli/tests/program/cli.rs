@@ -328,7 +328,7 @@ fn a_pipe_is_read_once_wherever_a_file_is_read() {
         ("verify @ --views 2 --pixels 64x64 --repeats 1", "visible"),
         ("verify @ --views 2 --pixels 64x64 --repeats 1 --whole --json", "visible"),
         ("query @ --sphere 0,0,0 9", " polygons"),
-        ("pick @", "polygon"),
+        ("query @ --at 0.5,0.5", " tested "),
         ("race @", "osp"),
         ("bench @ --quick --no-growth --no-rays --index osp --json", "session"),
         ("draw-index @ @.svg", " nodes"),

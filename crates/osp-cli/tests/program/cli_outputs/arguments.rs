@@ -45,8 +45,12 @@ fn numbers_out_of_range_are_refused_by_every_command() {
             "--pixels",
             &["0x0", "15x100", "16385x100", "NaNxNaN", "100", "18446744073709551616x100"],
         ),
-        (&["pick", "a.ron"], "--at", &["NaN,0", "0,inf", "-0.1,0", "1.1,1", "0.5", "0.5,0.5,0.5"]),
-        (&["pick", "a.ron"], "--frame", &["-1", "NaN", "18446744073709551616", "18446744073709551615"]),
+        (&["query", "a.ron"], "--at", &["NaN,0", "0,inf", "-0.1,0", "1.1,1", "0.5", "0.5,0.5,0.5"]),
+        (
+            &["query", "a.ron", "--at", "0,0"],
+            "--frame",
+            &["-1", "NaN", "18446744073709551616", "18446744073709551615"],
+        ),
         (&["draw-index", "a.ron", "o.svg"], "--frame", &["-1", "NaN", "18446744073709551615"]),
         (&["draw-insertion", "a.ron", "o.gif"], "--polygons", &["0", "65", "-1", "NaN"]),
         (&["draw-insertion", "a.ron", "o.gif"], "--levels", &["0", "8", "NaN"]),
@@ -240,7 +244,7 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
             "{file}"
         );
     }
-    for command in ["replay", "info", "pick"] {
+    for command in ["replay", "info"] {
         OSP.done_in(folder.path(), [OsStr::new(command), name]);
     }
     assert!(folder.path().join("b.html").exists());

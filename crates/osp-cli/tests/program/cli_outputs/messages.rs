@@ -90,7 +90,7 @@ fn names_and_titles_do_not_command_the_terminal() {
         (vec!["draw-insertion", &file, "o.gif"], 0),
         (vec!["draw-occlusion", &file, &svg, "--force"], 0),
         (vec!["race", &file], 0),
-        (vec!["pick", &file], 0),
+        (vec!["query", &file, "--at", "0.5,0.5"], 0),
         (vec!["import", &file, "o.ron"], 0),
         (vec!["bench", &file, "--quick", "--no-growth", "--index", "osp", "--pace", "samples:16"], 0),
         (vec!["replay", &damaged], 2),
