@@ -56,7 +56,7 @@ use osp_session::{
       --node-test sphere --score paper
   osp verify room.ron --whole --pvs room.pvs
   osp verify --all sketches --views 32 --lenient
-  osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
+  osp verify sketch.tilt --occlusion hzb,queries --size 1920x1080
 
 The table has a line for each method and number of occluders (times of this machine, one thread):
   used         occluders used in a view
@@ -83,13 +83,7 @@ polygons that it drew into its depth buffer.
 
 With hzb, queries or auto (in builds with the feature `render`) the command draws each frame with each method and \
 without culling. If a pixel differs, the exit code is 1. `auto` selects hzb if hzb is faster; for this it needs \
---settle 24. Methods that test groups of polygons:
-  hzb-16, hzb-4, hzb-1
-                    screen rectangle around the corners of 16, 4 or 1 polygons
-  hzb-16-box, ...   screen rectangle around the bounding box of the group
-  hzb-16-fine, ...  rectangle around the corners, then each polygon's triangles
-  hzb               the same as hzb-1-fine
-Columns:
+--settle 24. Columns:
   pixels that differ  from the picture without culling, sum over all frames
   hidden              share of the hidden polygons that were not drawn
   below a sample      smaller than a sample: polygons that are visible by ray

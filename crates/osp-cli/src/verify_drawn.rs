@@ -102,7 +102,7 @@ impl DrawnTrials {
             let NamedMethod { name, occlusion, .. } = method;
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
-            drawer.set_occlusion_with(occlusion.while_drawing(), method.hzb())?;
+            drawer.set_occlusion(occlusion.while_drawing())?;
             trials.push(Trial {
                 name,
                 drawer,

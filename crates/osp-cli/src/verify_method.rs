@@ -4,16 +4,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use osp::occlusion::Occlusion;
 use osp_lab::Method;
-#[cfg(feature = "render")]
-use osp_render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
 use osp_rivals::RivalOcclusion;
 
 /// The paper's tree exactly as printed.
 const CAPLESS: &str = "msvbsp-paper-capless";
-
-/// Names of depth pyramids, with their settings.
-const PYRAMIDS: [&str; 9] =
-    ["hzb", "hzb-16", "hzb-4", "hzb-1", "hzb-16-box", "hzb-4-box", "hzb-1-box", "hzb-16-fine", "hzb-4-fine"];
 
 /// A method of occlusion culling, under the name that tables show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,26 +38,8 @@ impl NamedMethod {
     fn all() -> impl Iterator<Item = Self> {
         let methods = Method::CULLERS.iter().copied().chain([Occlusion::PreviousFrame.into()]).map(Self::new);
         let capless = Self { name: CAPLESS, capless: true, ..Self::new(RivalOcclusion::MsvbspPaper.into()) };
-        let pyramids = PYRAMIDS.map(|name| Self { name, ..Self::new(Method::Hzb) });
-        let drawn = pyramids.into_iter().chain([Method::Queries, Occlusion::Auto.into()].map(Self::new));
+        let drawn = [Method::Hzb, Method::Queries, Occlusion::Auto.into()].map(Self::new);
         methods.chain([capless]).chain(drawn)
-    }
-
-    /// Returns the settings of a depth pyramid with this name, `hzb-GROUP-HOW`.
-    #[cfg(feature = "render")]
-    pub(super) fn hzb(&self) -> HzbConfig {
-        let mut parts = self.name.split('-').skip(1);
-        let group = match parts.next() {
-            Some("16") => HzbGroup::Sixteen,
-            Some("4") => HzbGroup::Four,
-            Some("1") => HzbGroup::One,
-            _ => return HzbConfig::default(),
-        };
-        match parts.next() {
-            Some("fine") => HzbConfig { group, ..HzbConfig::default() },
-            Some(_) => HzbConfig { group, bound: HzbBound::Box, fine: HzbFine::Off },
-            None => HzbConfig { group, bound: HzbBound::Corners, fine: HzbFine::Off },
-        }
     }
 }
 

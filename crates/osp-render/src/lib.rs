@@ -65,7 +65,7 @@ pub use error::RenderError;
 pub use formats::SAMPLES;
 pub use gpu::{Gpu, instance_flags};
 pub use gpu_occlusion::GpuOcclusion;
-pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel, PyramidPass};
+pub use hzb::{DrawnCounts, PyramidLevel, PyramidPass};
 pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};
 pub use offscreen::{DrawTimes, Offscreen};

@@ -1,9 +1,8 @@
 use std::{ops::Add, sync::Arc};
 
 use super::{
-    DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder,
-    OrderCounts, Overdraw, PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target,
-    ViewSlot,
+    DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, Image, Layer, OpaqueOrder, OrderCounts,
+    Overdraw, PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
 };
 use osp::{
     frame::{Stage, StageClock},
@@ -102,7 +101,7 @@ impl Offscreen {
     /// # Errors
     /// The adapter lacks a required feature.
     pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
-        self.set_occlusion_with(occlusion, HzbConfig::default())
+        self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
     }
 
     /// Selects how view number `number` culls hidden polygons on the GPU.
@@ -113,18 +112,10 @@ impl Offscreen {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
-    /// Does the same as [`Offscreen::set_occlusion`], with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
-    ///
-    /// # Errors
-    /// The adapter lacks a required feature.
-    pub fn set_occlusion_with(
-        &mut self,
-        occlusion: GpuOcclusion,
-        config: HzbConfig,
-    ) -> Result<(), RenderError> {
-        self.sights
-            .iter_mut()
-            .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
+    #[cfg(test)]
+    pub(crate) fn use_wrong_bounds(&mut self) {
+        let views = self.sights.iter_mut().filter_map(|sight| sight.slot.hzb.as_mut());
+        views.for_each(|view| view.use_wrong_bounds());
     }
 
     /// Draws a frame of the first view and waits for the GPU. A view whose aspect differs from the picture's is

@@ -9,7 +9,7 @@ use super::{
     draw_switch::DrawSwitch,
     finish::{Bloom, Finish},
     gpu_scene::GpuScene,
-    hzb::{Hzb, HzbConfig, HzbView},
+    hzb::{Hzb, HzbView},
     opaque_order,
     order::Listing,
     overdraw,
@@ -219,19 +219,6 @@ impl Renderer {
     /// # Errors
     /// The adapter lacks a required feature. The view is then drawn as before.
     pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
-        self.set_occlusion_with(slot, occlusion, HzbConfig::default())
-    }
-
-    /// Does the same as [`Renderer::set_occlusion`], with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
-    ///
-    /// # Errors
-    /// The adapter lacks a required feature. The view is then drawn as before.
-    pub fn set_occlusion_with(
-        &mut self,
-        slot: &mut ViewSlot,
-        occlusion: GpuOcclusion,
-        config: HzbConfig,
-    ) -> Result<(), RenderError> {
         slot.switch = None;
         if occlusion == GpuOcclusion::None {
             slot.hzb = None;
@@ -259,7 +246,7 @@ impl Renderer {
         let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
         match occlusion {
             GpuOcclusion::Queries => view.use_queries(&self.gpu),
-            _ => view.use_pyramid(config),
+            _ => view.use_pyramid(),
         }
         Ok(())
     }

@@ -406,7 +406,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["replay", session, "--window"][..], "osp replay --window", "window", window),
         (&["replay", session, "--draw"], "osp replay --draw", "render", render),
         (&["replay", session, "--occlusion", "hzb"], "--occlusion hzb", "render", render),
-        (&["verify", session, "--occlusion", "hzb-16"], "--occlusion hzb-16", "render", render),
+        (&["verify", session, "--occlusion", "queries"], "--occlusion queries", "render", render),
         (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
         (&["bench", session], "osp bench", "bench", bench),
         (&["draw-index", session, "x.svg"], "osp draw-index", "bench", bench),

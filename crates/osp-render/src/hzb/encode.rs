@@ -1,5 +1,5 @@
 use super::{
-    HzbFine, HzbView, PyramidLevel,
+    HzbView, PyramidLevel,
     frame::Frame,
     pyramid::Levels,
     queries::HzbViewParts,
@@ -91,7 +91,7 @@ impl HzbView {
             if gpu.grow(&mut self.buffers.pyramid, u64::from(self.levels.texels) * 4) {
                 self.groups = None;
             }
-            let params = Params::new(self.size, &self.levels, self.config);
+            let params = Params::new(self.size, &self.levels, self.is_wrong);
             gpu.queue.write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
         }
         let fits = |groups: &Groups| {
@@ -232,10 +232,8 @@ impl HzbView {
             }
             pass.set_pipeline(coarse);
             dispatch(pass, span.len());
-            if self.config.fine == HzbFine::Triangles {
-                pass.set_pipeline(fine);
-                dispatch(pass, span.len().min(GROUPS_OF_REFINEMENT));
-            }
+            pass.set_pipeline(fine);
+            dispatch(pass, span.len().min(GROUPS_OF_REFINEMENT));
         }
     }
 

@@ -38,7 +38,7 @@
 //!   layers of paint, millimetres apart: at a grazing angle, the nearest corner of a polygon lies in front of most of the
 //!   polygon's occluders.
 
-mod config;
+mod drawn_counts;
 mod encode;
 mod frame;
 mod jump;
@@ -52,7 +52,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
+pub use drawn_counts::DrawnCounts;
 pub(super) use frame::Frame;
 pub(super) use pipelines::Hzb;
 pub use pyramid::PyramidLevel;

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    DrawnCounts, HzbBound, HzbConfig, HzbFine,
+    DrawnCounts,
     pyramid::{Levels, MAX_LEVELS},
 };
 
@@ -55,28 +55,18 @@ pub(super) struct Params {
     width: u32,
     height: u32,
     level_count: u32,
-    group: u32,
-    bound: u32,
-    is_fine: u32,
-    nothing: [u32; 2],
+    is_wrong: u32,
 }
 
 impl Params {
-    pub(super) fn new((width, height): (u32, u32), levels: &Levels, config: HzbConfig) -> Self {
+    /// With `is_wrong`, bounds are too far away: a test must detect it.
+    pub(super) fn new((width, height): (u32, u32), levels: &Levels, is_wrong: bool) -> Self {
         Self {
             levels: levels.levels,
             width,
             height,
             level_count: levels.count as u32,
-            group: config.group.polygons(),
-            bound: match config.bound {
-                HzbBound::Corners => 0,
-                HzbBound::Box => 1,
-                #[cfg(test)]
-                HzbBound::Farthest => 2,
-            },
-            is_fine: u32::from(config.fine == HzbFine::Triangles),
-            nothing: [0; 2],
+            is_wrong: u32::from(is_wrong),
         }
     }
 }

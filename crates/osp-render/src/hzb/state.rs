@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use super::{
-    DrawnCounts, HzbConfig,
+    DrawnCounts,
     jump::LastLook,
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
@@ -19,7 +19,8 @@ use osp_session::scene::Scene;
 
 #[derive(Debug)]
 pub(in super::super) struct HzbView {
-    pub(super) config: HzbConfig,
+    /// Whether bounds are too far away. A test must detect it.
+    pub(super) is_wrong: bool,
     /// Hardware queries; if present, they replace the pyramid.
     pub(super) queries: Option<Queries>,
     pub(super) buffers: Buffers,
@@ -104,7 +105,7 @@ impl HzbView {
         };
         let ring = ReadRing::new(gpu, buffers.args.size());
         Self {
-            config: HzbConfig::default(),
+            is_wrong: false,
             queries: None,
             handles: buffers.handles.clone(),
             has_levels: false,
@@ -134,9 +135,14 @@ impl HzbView {
     }
 
     /// Selects culling by a depth pyramid. The record of the last frame stays.
-    pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
-        (self.config, self.queries) = (config, None);
+    pub(in super::super) fn use_pyramid(&mut self) {
+        self.queries = None;
         self.size = (0, 0);
+    }
+
+    #[cfg(test)]
+    pub(crate) fn use_wrong_bounds(&mut self) {
+        self.is_wrong = true;
     }
 
     /// Selects culling by hardware queries. The record of the last frame stays.
@@ -221,13 +227,7 @@ impl HzbView {
                 sent += queries.prepare(gpu, order, scene, view);
                 queries.count()
             }
-            None => {
-                let groups = match self.config.group.polygons() {
-                    1 => u64::from(opaque),
-                    of_group => handles.iter().map(|handle| u64::from(groups_in(handle, of_group))).sum(),
-                };
-                groups + if self.has_jumped { 0 } else { transparent.len() as u64 }
-            }
+            None => u64::from(opaque) + if self.has_jumped { 0 } else { transparent.len() as u64 },
         };
         let counts = DrawnCounts { groups_tested, in_view, ..DrawnCounts::default() };
         self.frame = (counts, transparent.len() as u64);
@@ -313,12 +313,6 @@ impl HzbView {
         });
         latest
     }
-}
-
-fn groups_in(handle: &Handle, of_group: u32) -> u32 {
-    let group = u64::MAX >> (CLUSTER as u32 - of_group);
-    let firsts = (0..CLUSTER).step_by(of_group as usize);
-    firsts.map(|first| u32::from(handle.bits() >> first & group != 0)).sum()
 }
 
 /// The levels of the pyramid. They come before the spans of a frame, because they are the same in every frame.

@@ -27,12 +27,8 @@ struct Params {
     width: u32,
     height: u32,
     level_count: u32,
-    // Number of polygons that are tested together: 16, 4 or 1.
-    group: u32,
-    // Bound of a group. 0: its corners; 1: its bounding box; 2: its farthest corner, which is wrong on purpose.
-    bound: u32,
-    // Whether the polygons of a group that is not proven hidden are tested one by one.
-    is_fine: u32,
+    // 1 if bounds are too far away, which a test must detect.
+    is_wrong: u32,
 }
 
 // Opaque polygons of a cluster, a bit each.

@@ -32,8 +32,8 @@ struct Polygon {
 @group(2) @binding(1) var<storage, read_write> counters: array<atomic<u32>>;
 
 const NOTHING: u32 = 0xffffffffu;
-// Greatest number of texels that a group's rectangle covers, each way.
-const GROUP_TEXELS: i32 = 4;
+// Greatest number of texels that a polygon's rectangle covers in the coarse test, each way.
+const COARSE_TEXELS: i32 = 4;
 // Greatest number of texels that a triangle's rectangle covers on the level where its test begins, each way.
 const FINE_TEXELS: i32 = 8;
 // Largest number of texels of all levels on which an invocation tests a triangle. A triangle that needs more is drawn.
@@ -42,9 +42,6 @@ const MOST_STEPS: u32 = 1024u;
 const MOST_STEPS_OF_SHARE: u32 = 256u;
 // Number of invocations that share the texels of a candidate.
 const LANES_OF_CANDIDATE: u32 = 16u;
-
-const BY_BOX: u32 = 1u;
-const BY_FARTHEST: u32 = 2u;
 
 // Greatest difference between the rasteriser's positions of corners and the positions computed here. u is 2^-24, half a
 // unit in the last place. S is the sum of the absolute values of the products of a coordinate. n is the distance of a
@@ -154,10 +151,10 @@ fn is_same(a: vec4<u32>, b: vec4<u32>) -> bool {
 }
 
 struct Bound {
-    // Rectangle around the group, pixels.
+    // Rectangle around the polygon, pixels.
     low: vec2<f32>,
     high: vec2<f32>,
-    // Nearest depth that any sample of the group can have.
+    // Nearest depth that any sample of the polygon can have.
     nearest: f32,
     // 0 if there is no bound.
     is_known: u32,
@@ -166,16 +163,8 @@ struct Bound {
 // A coordinate beyond every picture, pixels.
 const FARTHEST: f32 = 1.0e6;
 
-fn nothing() -> Bound {
-    return Bound(vec2(FARTHEST), vec2(-FARTHEST), 0.0, 1u);
-}
-
 fn unknown() -> Bound {
     return Bound(vec2(FARTHEST), vec2(-FARTHEST), 0.0, 0u);
-}
-
-fn both(a: Bound, b: Bound) -> Bound {
-    return Bound(min(a.low, b.low), max(a.high, b.high), max(a.nearest, b.nearest), min(a.is_known, b.is_known));
 }
 
 // Depth is linear on the picture, so no sample within a triangle is nearer than its nearest corner. A sample may lie
@@ -196,7 +185,7 @@ fn bound_of(polygon: Polygon) -> Bound {
         return unknown();
     }
     var nearest = max(max(p.a.z, p.b.z), max(p.c.z, p.d.z)) + p.depth_error;
-    if params.bound == BY_FARTHEST {
+    if params.is_wrong == 1u {
         nearest = min(min(p.a.z, p.b.z), min(p.c.z, p.d.z)) * 0.8;
     }
     return Bound(low - 2.0 * p.corner_error, high + 2.0 * p.corner_error, nearest + steep * 2.0 * p.corner_error, 1u);
@@ -230,7 +219,7 @@ fn is_bound_hidden(bound: Bound) -> bool {
         return false;
     }
     let rect = pixels(bound.low, bound.high);
-    let level = max(level_for(rect, GROUP_TEXELS), 1u);
+    let level = max(level_for(rect, COARSE_TEXELS), 1u);
     let first = rect.xy >> vec2(level);
     let last = rect.zw >> vec2(level);
     for (var y = first.y; y <= last.y; y++) {
@@ -426,80 +415,10 @@ fn is_polygon_hidden(polygon: Polygon, lane: u32, lanes: u32, most: u32) -> bool
 
 const LANES: u32 = 64u;
 
-var<workgroup> bounds: array<Bound, LANES>;
-var<workgroup> lows: array<vec3<f32>, LANES>;
-var<workgroup> highs: array<vec3<f32>, LANES>;
-var<workgroup> are_hidden: array<u32, LANES>;
 var<workgroup> visible: array<atomic<u32>, 2>;
 // Number of listed candidates, and the position of the first candidate in the chunk's list.
 var<workgroup> listed: atomic<u32>;
 var<workgroup> first_listed: u32;
-
-// Bound of the bounding box of a group, whose polygons begin at `lane`: all corners of the box on the picture.
-fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
-    var low = lows[lane];
-    var high = highs[lane];
-    for (var i = lane + 1u; i < lane + params.group; i++) {
-        low = min(low, lows[i]);
-        high = max(high, highs[i]);
-    }
-    // The bound of the polygons' own corners includes their rounding.
-    var bound = of_corners;
-    for (var i = 0u; i < 8u; i++) {
-        let at = select(low, high, vec3((i & 1u) != 0u, (i & 2u) != 0u, (i & 4u) != 0u));
-        let p = on_picture(at);
-        if !(p.w > 0.0 && p.spread < FARTHEST) {
-            return unknown();
-        }
-        bound = both(bound, Bound(p.at.xy, p.at.xy, p.at.z, 1u));
-    }
-    return bound;
-}
-
-// The coarse test. Writes the polygons of groups that are not proven hidden to `visible`. One invocation for each
-// polygon of the cluster.
-fn find_visible(handle: Handle, lane: u32) {
-    let is_on = ((select(handle.low, handle.high, lane >= 32u) >> (lane % 32u)) & 1u) == 1u;
-    bounds[lane] = nothing();
-    lows[lane] = vec3(1.0e30);
-    highs[lane] = vec3(-1.0e30);
-    if is_on {
-        let polygon = chunk[handle.cluster * LANES + lane - span.first_polygon];
-        bounds[lane] = bound_of(polygon);
-        if params.bound == BY_BOX {
-            let a = corner(polygon, 0u);
-            let b = corner(polygon, 1u);
-            let c = corner(polygon, 2u);
-            let d = corner(polygon, 3u);
-            lows[lane] = min(min(a, b), min(c, d));
-            highs[lane] = max(max(a, b), max(c, d));
-        }
-    }
-    workgroupBarrier();
-    let leader = lane - lane % params.group;
-    if lane == leader {
-        var bound = bounds[lane];
-        for (var i = lane + 1u; i < lane + params.group; i++) {
-            bound = both(bound, bounds[i]);
-        }
-        // A group without polygons in view has an empty rectangle.
-        if params.bound == BY_BOX && bound.is_known == 1u && bound.low.x <= bound.high.x {
-            bound = bound_of_box(lane, bound);
-        }
-        are_hidden[lane] = u32(is_bound_hidden(bound));
-    }
-    workgroupBarrier();
-    if is_on && are_hidden[leader] == 0u {
-        atomicOr(&visible[lane / 32u], 1u << (lane % 32u));
-    }
-    workgroupBarrier();
-}
-
-// Whether the fine test may prove the polygon of this invocation hidden.
-fn is_candidate(lane: u32) -> bool {
-    let is_visible = ((atomicLoad(&visible[lane / 32u]) >> (lane % 32u)) & 1u) == 1u;
-    return params.is_fine == 1u && is_visible && bounds[lane].is_known == 1u;
-}
 
 // Lists this invocation's polygon for the fine test if `is_listed`. All invocations must call it.
 fn list_candidate(number: u32, lane: u32, is_listed: bool) {
@@ -517,16 +436,19 @@ fn list_candidate(number: u32, lane: u32, is_listed: bool) {
     }
 }
 
-// The coarse test. A polygon that it does not prove hidden becomes a candidate, or counts as visible if it has no fine
-// test.
+// The coarse test, one invocation for each polygon of the cluster. A polygon that it does not prove hidden becomes a
+// candidate, or counts as visible if it has no bound.
 fn test_cluster(number: u32, lane: u32, is_kept: bool) {
     let at = span.first + number;
     let handle = handles[at];
-    find_visible(handle, lane);
-    let is_listed = is_candidate(lane);
-    workgroupBarrier();
-    if is_listed {
-        atomicAnd(&visible[lane / 32u], ~(1u << (lane % 32u)));
+    let is_on = ((select(handle.low, handle.high, lane >= 32u) >> (lane % 32u)) & 1u) == 1u;
+    var is_listed = false;
+    if is_on {
+        let bound = bound_of(chunk[handle.cluster * LANES + lane - span.first_polygon]);
+        is_listed = bound.is_known == 1u && !is_bound_hidden(bound);
+        if bound.is_known == 0u {
+            atomicOr(&visible[lane / 32u], 1u << (lane % 32u));
+        }
     }
     workgroupBarrier();
     if lane < 2u {

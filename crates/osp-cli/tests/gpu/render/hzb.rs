@@ -14,8 +14,8 @@ use osp::{
     view::View,
 };
 use osp_render::{
-    DrawnCounts, Gpu, GpuOcclusion, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer,
-    Offscreen, PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
+    DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Image, Layer, Offscreen, PyramidLevel, RenderError, Renderer,
+    RendererConfig, Style, Target,
 };
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -39,14 +39,14 @@ impl Pair {
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         (width, height): (u32, u32),
-        occlusion: GpuMethod,
+        occlusion: GpuOcclusion,
         chunk_len: usize,
     ) -> Option<Self> {
         // Several draw calls a page where chunks are small.
         let config_of = RendererConfig { chunk_len, draw_len: chunk_len / 4, ..RendererConfig::default() };
         let drawer = || Offscreen::on(Arc::clone(gpu), width, height, &config_of).expect("a drawer");
         let mut culled = drawer();
-        match culled.set_occlusion_with(occlusion.0, occlusion.1) {
+        match culled.set_occlusion(occlusion) {
             Err(error @ RenderError::NoOcclusion { .. }) if !osp_testkit::nothing_may_be_skipped() => {
                 eprintln!("skipped: {error}");
                 return None;
@@ -92,34 +92,12 @@ impl Pair {
     }
 }
 
-/// A method of the GPU, and its settings.
-pub(crate) type GpuMethod = (GpuOcclusion, HzbConfig);
-
-const DEFAULT: HzbConfig =
-    HzbConfig { group: HzbGroup::One, bound: HzbBound::Corners, fine: HzbFine::Triangles };
-/// The methods with their default settings.
-pub(crate) const HZB: GpuMethod = hzb_with(DEFAULT);
-pub(crate) const QUERIES: GpuMethod = (GpuOcclusion::Queries, DEFAULT);
-const BOTH: [GpuMethod; 2] = [HZB, QUERIES];
-
-const fn hzb_with(config: HzbConfig) -> GpuMethod {
-    (GpuOcclusion::Hzb, config)
-}
+pub(crate) const HZB: GpuOcclusion = GpuOcclusion::Hzb;
+pub(crate) const QUERIES: GpuOcclusion = GpuOcclusion::Queries;
+const BOTH: [GpuOcclusion; 2] = [HZB, QUERIES];
 
 pub(crate) fn chunk_len() -> usize {
     RendererConfig::default().chunk_len
-}
-
-/// Settings that must not change the picture.
-fn configs() -> Vec<GpuMethod> {
-    let sixteen = HzbConfig { group: HzbGroup::Sixteen, ..HzbConfig::default() };
-    let mut configs = vec![HZB, hzb_with(sixteen), QUERIES];
-    for group in [HzbGroup::Sixteen, HzbGroup::Four, HzbGroup::One] {
-        for bound in [HzbBound::Corners, HzbBound::Box] {
-            configs.push(hzb_with(HzbConfig { group, bound, fine: HzbFine::Off }));
-        }
-    }
-    configs
 }
 
 /// A wall in front of the sketch, so that much is hidden.
@@ -144,29 +122,20 @@ fn eyes() -> Vec<View> {
 }
 
 #[test]
-fn no_setting_changes_a_pixel_and_each_hides_something() {
+fn no_method_changes_a_pixel_and_the_pyramid_hides_something() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
-    let mut shares = Vec::new();
-    for config in configs() {
-        let Some(mut pair) = Pair::new(&gpu, SIZE, config, chunk_len()) else { return };
+    for occlusion in BOTH {
+        let Some(mut pair) = Pair::new(&gpu, SIZE, occlusion, chunk_len()) else { return };
         // From far to near and back, each view twice: every frame but the second of two is a jump.
         for view in eyes().into_iter().skip(2) {
             for time in 0..2 {
-                pair.check(&scene, &view, &format!("{config:?}, {}, time {time}", view.eye_in_world));
+                pair.check(&scene, &view, &format!("{occlusion:?}, {}, time {time}", view.eye_in_world));
             }
         }
-        eprintln!("{config:?}: {:.3}, {:?}", pair.hidden_share(), pair.counts);
-        shares.push((config, pair.hidden_share()));
-    }
-    for (config, share) in &shares {
-        let least = match config {
-            // Whole groups of 64 only.
-            (GpuOcclusion::Queries, _) => 0.0,
-            _ if *config == HZB => 0.3,
-            _ => 0.1,
-        };
-        assert!(*share > least, "{config:?} hides {share}");
+        // Queries hide whole groups of 64 only.
+        let least = if occlusion == HZB { 0.3 } else { 0.0 };
+        assert!(pair.hidden_share() > least, "{occlusion:?} hides {}", pair.hidden_share());
     }
 }
 
@@ -359,7 +328,7 @@ fn compare_session(
     gpu: &Arc<Gpu>,
     path: &Path,
     choice: CameraChoice,
-    occlusion: GpuMethod,
+    occlusion: GpuOcclusion,
     frames: u64,
 ) -> Option<DrawnCounts> {
     let open = || recording::open(path, &OpenOptions::default()).expect("a recording");

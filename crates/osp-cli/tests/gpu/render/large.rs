@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::{
-    hzb::{GpuMethod, HZB, Pair, QUERIES, chunk_len},
+    hzb::{HZB, Pair, QUERIES, chunk_len},
     scenes::{all_ids, apply, gpu, square, view_from},
 };
 use glam::Vec3;
 use osp::view::View;
-use osp_render::Gpu;
+use osp_render::{Gpu, GpuOcclusion};
 use osp_session::{
     recording::{Author, Event},
     scene::Scene,
@@ -59,7 +59,7 @@ fn eyes() -> [View; 3] {
 }
 
 /// Polygons found to be hidden by a camera at rest, in the frame in which most were.
-fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: GpuMethod) -> Option<Vec<u64>> {
+fn most_hidden(gpu: &Arc<Gpu>, scene: &Scene, occlusion: GpuOcclusion) -> Option<Vec<u64>> {
     let ids = all_ids(scene);
     let mut found = Vec::new();
     for view in eyes() {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::{
-    hzb::{GpuMethod, HZB, Pair, QUERIES, chunk_len},
+    hzb::{HZB, Pair, QUERIES, chunk_len},
     scenes::{all_ids, gpu, square, view_from},
 };
 use glam::{Mat3, Quat, Vec2, Vec3};
@@ -12,7 +12,7 @@ use osp::{
     polygon::PolygonId,
     view::{Projection, View},
 };
-use osp_render::Gpu;
+use osp_render::{Gpu, GpuOcclusion};
 use osp_session::{recording::Event, scene::Scene};
 use osp_testkit::{
     boxes::Rng,
@@ -27,7 +27,7 @@ fn differing(pair: &mut Pair, scene: &Scene, view: &View, ids: &[PolygonId], fra
     (0..frames).map(|_| pair.compare(scene, view, ids).0).sum()
 }
 
-fn pair(gpu: &Arc<Gpu>, size: (u32, u32), occlusion: GpuMethod) -> Option<Pair> {
+fn pair(gpu: &Arc<Gpu>, size: (u32, u32), occlusion: GpuOcclusion) -> Option<Pair> {
     Pair::new(gpu, size, occlusion, chunk_len())
 }
 
@@ -129,7 +129,7 @@ impl Cases {
         self.views.push((view, first..self.events.len() as u32));
     }
 
-    fn check(&self, size: (u32, u32), occlusion: GpuMethod, frames: usize) {
+    fn check(&self, size: (u32, u32), occlusion: GpuOcclusion, frames: usize) {
         let Some(gpu) = gpu() else { return };
         let scene = scene_of(&self.events);
         assert_eq!(scene.polygon_count(), self.events.len());
