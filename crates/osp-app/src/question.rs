@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::{
     command::Command,
     journal::{Autosave, OpenElsewhere, Unwritten},
-    session::{Access, OpenError, Opening},
+    session::{Access, OpenError, Opening, Session},
     studio::Studio,
     working::ReplayStart,
 };

@@ -33,6 +33,7 @@ impl Rng {
         low + (high - low) * self.unit()
     }
 
+    /// Returns a point in a box.
     pub fn point(&mut self, bounds: &Aabb) -> Vec3 {
         let t = Vec3::new(self.unit(), self.unit(), self.unit());
         bounds.min + (bounds.max - bounds.min) * t

@@ -13,6 +13,7 @@ use osp_session::{
 pub struct Begin {
     /// The author. Default: the only one.
     pub author: Author,
+    /// The stroke's number.
     pub stroke: StrokeId,
     /// The tool. Default: a ribbon.
     pub tool: Tool,
@@ -58,10 +59,12 @@ pub struct By(pub Author);
 pub const SOLE: By = By(Author::SOLE);
 
 impl By {
+    /// Returns an undo.
     pub const fn undo(self) -> Event {
         Event::Undo { author: self.0, t: 0.0 }
     }
 
+    /// Returns a redo.
     pub const fn redo(self) -> Event {
         Event::Redo { author: self.0, t: 0.0 }
     }
@@ -71,10 +74,12 @@ impl By {
         Event::Erase { author: self.0, t: 0.0, stroke }
     }
 
+    /// Returns a move of strokes.
     pub fn moved(self, strokes: impl Into<Vec<StrokeId>>, by: Vec3) -> Event {
         Event::Move { author: self.0, t: 0.0, strokes: strokes.into(), by }
     }
 
+    /// Returns a group of strokes.
     pub fn grouped(
         self,
         group: GroupId,
@@ -84,6 +89,7 @@ impl By {
         Event::Group { author: self.0, t: 0.0, group, strokes: strokes.into(), parent, name: None }
     }
 
+    /// Returns the placing of a group.
     pub fn placed(self, group: GroupId, to: Transform) -> Event {
         Event::Place { author: self.0, t: 0.0, group, to }
     }

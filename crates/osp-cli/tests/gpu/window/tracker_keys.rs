@@ -7,7 +7,7 @@ use osp_testkit::{shipped_session, stderr, wait_until};
 #[test]
 fn a_tracker_has_to_know_the_key() {
     let recording = shipped_session("scribble");
-    let options = TrackerOptions { key: Some("open-sesame".parse().expect("a key")), ..Default::default() };
+    let options = TrackerOptions { key: Some("open-sesame".parse().expect("a key")) };
     let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
     let tracker = Tracker::open(&address, &options, || {}).expect("a tracker");
     let to = tracker.local_address.expect("a port").to_string();
