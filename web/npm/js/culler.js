@@ -54,7 +54,7 @@ export class Culler {
   }
 
   get size() {
-    return this.#culler.len();
+    return this.#culler.count();
   }
 
   set(keys, boxes) {

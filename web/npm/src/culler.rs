@@ -119,13 +119,8 @@ impl Culler {
     }
 
     /// Number of objects in the culler.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.culler.len()
-    }
-
-    /// Whether there are no objects.
-    pub fn is_empty(&self) -> bool {
-        self.culler.is_empty()
     }
 
     /// Sets the boxes of objects, from the keys and boxes in memory.

@@ -100,7 +100,7 @@ async function smallModule(pages = 1024) {
   /** Sets boxes until memory ends; each batch lies somewhere else. `batch` is called after each. */
   const fill = (culler, each, most, batch = () => {}) => {
     const boxes = randomBoxes(each, 3);
-    for (let held = culler.len(); held < most; held += each) {
+    for (let held = culler.count(); held < most; held += each) {
       for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
       write(culler, { keys: idsUpTo(each, held), boxes }).set();
       batch(held);
@@ -124,7 +124,7 @@ for (const each of [1, 300]) {
     fill(a, each, 60_000, commit(a));
     for (const culler of [b, a, b]) assert.throws(() => fill(culler, each, 3e6, commit(culler)), noMemory);
     for (const culler of [a, b]) {
-      const held = culler.len();
+      const held = culler.count();
       assert.ok(held >= 10_000, `${held}`);
       // Changes that nobody has committed may need what the other one has taken: then they are refused, too.
       try {
@@ -146,7 +146,7 @@ test("where memory ends, boxes that move are refused, or move", async () => {
   const culler = new glue.Culler();
   const each = 500;
   assert.throws(() => fill(culler, each, 3e6), noMemory);
-  const held = culler.len();
+  const held = culler.count();
   culler.commit();
   let [moved, refused] = [0, 0];
   for (let round = 0; round < 3; round++) {
@@ -163,7 +163,7 @@ test("where memory ends, boxes that move are refused, or move", async () => {
     }
   }
   assert.equal(moved + refused, 3 * held);
-  assert.equal(culler.len(), held);
+  assert.equal(culler.count(), held);
   assert.equal(countAll(culler), held);
 });
 
@@ -176,7 +176,7 @@ for (const each of [1, 37, 700, 20_000]) {
     const words = [1, 2, 3].flatMap(() => [0, 1, 0xffffffff]);
     const cull = () => write(culler, { words, numbers }).cull();
     assert.throws(() => fill(culler, each, 3e6, (held) => (each > 1 || held % 500 === 0) && cull()), noMemory);
-    const held = culler.len();
+    const held = culler.count();
     assert.ok(held >= 50_000, `${held} objects in 64 MiB`);
     assert.throws(() => culler.room(1e8, 1e8, 0, 0), noMemory);
     try {
@@ -188,7 +188,7 @@ for (const each of [1, 37, 700, 20_000]) {
     }
     // What goes makes room.
     culler.clear();
-    assert.equal(culler.len(), 0);
+    assert.equal(culler.count(), 0);
     fill(culler, each, each);
     cull();
     assert.equal(culler.see(0), each);

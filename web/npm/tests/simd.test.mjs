@@ -82,7 +82,7 @@ test("the module with SIMD answers as the one without", async (t) => {
     both((side) => side.call("remove", { keys: gone }));
     gone.forEach((id) => known.delete(id));
     both((side) => side.culler.commit());
-    both((side) => side.culler.len());
+    both((side) => side.culler.count());
 
     const numbers = [0, 1, 2, 3].flatMap(() => perspective(point(40), point(40), { fov: 0.2 + 1.5 * next(), near: 0.05, far: 5 + 60 * next() }));
     both((side) => side.call("cull", { numbers, words: [0, 1, 2, 3].flatMap(() => [2, 0, 0xffffffff]) }));

@@ -8,6 +8,5 @@ pub mod pvs;
 pub mod read_bytes;
 pub mod scratch;
 pub mod session;
-pub mod small_files;
 #[cfg(feature = "window")]
 pub mod tracker;

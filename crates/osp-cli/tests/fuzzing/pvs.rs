@@ -78,13 +78,3 @@ fn ask(pvs: &Pvs, model: &Scene, data: &[u8]) {
         assert!(drawn.windows(2).all(|w| w[0] < w[1]), "each once");
     }
 }
-
-/// A sound file of which one byte is changed.
-pub fn change_one_byte(sound: &[u8], at: usize, xor: u8) {
-    let mut bytes = sound.to_vec();
-    bytes[at] ^= xor;
-    run(&[&[0], bytes.as_slice()].concat());
-    let path = scratch::file("a.pvs", &bytes);
-    assert!(Pvs::read(&path, &model()).is_err(), "byte {at} changed by {xor:#x} is not noticed");
-    let _ = fs::remove_file(path);
-}

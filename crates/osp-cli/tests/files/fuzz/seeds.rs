@@ -105,19 +105,6 @@ pub fn sets() -> Vec<Vec<u8>> {
     vec![[&[0], file.as_slice()].concat(), [&[1], &file[26..62], content.as_slice()].concat()]
 }
 
-pub fn small_files() -> Vec<Vec<u8>> {
-    let mut seeds = Vec::new();
-    let pins = fs::read(osp_testkit::at("recordings/fingerprints.pins")).expect("the shipped pins");
-    seeds.push([&[0], &pins[..]].concat());
-    for name in ["desktop", "dual-wall", "cave4"] {
-        let rig =
-            fs::read(osp_testkit::at("crates/osp-session/src/rig/rigs").join(name).with_extension("ron"))
-                .expect("a shipped rig");
-        seeds.push([&[1], &rig[..]].concat());
-    }
-    seeds
-}
-
 pub fn arguments() -> Vec<Vec<u8>> {
     let noise: Vec<u8> = (0..700u32).map(|i| (i.wrapping_mul(2_246_822_519) >> 11) as u8).collect();
     let words = [

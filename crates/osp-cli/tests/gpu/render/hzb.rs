@@ -377,50 +377,34 @@ fn compare_session(
     Some(pair.counts)
 }
 
+/// Of all that are shipped, and of some of the corpus.
 #[test]
-fn culling_while_drawing_changes_no_pixel_of_any_shipped_session() {
+fn culling_while_drawing_changes_no_pixel_of_any_session() {
     let Some(gpu) = gpu() else { return };
+    let mut paths = shipped();
+    paths.extend(std::env::var_os("OSP_CORPUS").into_iter().flat_map(|folder| {
+        [
+            "tilt/ob_one-nreal-picnic_by_Kevin_Ang.tilt",
+            "tilt/benfoxall_hello-world.tilt",
+            "apa/dancer.apa",
+            "cassie/raw_data/guitar.json",
+            "scenes/Castle.obj",
+        ]
+        .map(|name| Path::new(&folder).join(name))
+    }));
     let mut all = DrawnCounts::default();
-    for path in shipped() {
-        for (choice, occlusion) in
-            [(CameraChoice::Auto, HZB), (CameraChoice::Inside, HZB), (CameraChoice::Auto, QUERIES)]
-        {
-            let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
-            let (hidden, in_view) = (counts.hidden(), counts.in_view);
-            eprintln!("{}, {choice:?}, {occlusion:?}: {hidden} of {in_view} hidden", path.display());
-            all.in_view += counts.in_view;
-            all.second_pass += counts.second_pass;
+    for path in paths {
+        for choice in [CameraChoice::Auto, CameraChoice::Inside] {
+            for occlusion in BOTH {
+                let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
+                let (hidden, in_view) = (counts.hidden(), counts.in_view);
+                eprintln!("{}, {choice:?}, {occlusion:?}: {hidden} of {in_view} hidden", path.display());
+                all.in_view += counts.in_view;
+                all.second_pass += counts.second_pass;
+            }
         }
     }
     assert!(all.hidden() * 20 > all.in_view, "{} of {} hidden", all.hidden(), all.in_view);
-}
-
-#[test]
-fn culling_while_drawing_changes_no_pixel_of_real_sessions() {
-    let Some(folder) = std::env::var_os("OSP_CORPUS") else {
-        eprintln!("skipped: OSP_CORPUS is not set");
-        return;
-    };
-    let Some(gpu) = gpu() else { return };
-    for name in [
-        "tilt/ob_one-nreal-picnic_by_Kevin_Ang.tilt",
-        "tilt/benfoxall_hello-world.tilt",
-        "apa/dancer.apa",
-        "cassie/raw_data/guitar.json",
-        "scenes/Castle.obj",
-    ] {
-        let path = Path::new(&folder).join(name);
-        for (choice, occlusion) in [
-            (CameraChoice::Auto, HZB),
-            (CameraChoice::Inside, HZB),
-            (CameraChoice::Auto, QUERIES),
-            (CameraChoice::Inside, QUERIES),
-        ] {
-            let Some(counts) = compare_session(&gpu, &path, choice, occlusion, 5) else { return };
-            let (hidden, in_view) = (counts.hidden(), counts.in_view);
-            eprintln!("{name}, {choice:?}, {occlusion:?}: {hidden} of {in_view} hidden");
-        }
-    }
 }
 
 /// Inside of a large model, where the picture's borders cut many long triangles, at rest.

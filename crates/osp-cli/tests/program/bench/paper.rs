@@ -70,23 +70,3 @@ fn the_flight_says_which_cullers_are_wrong() {
         assert!(drawn(&way) < drawn("paper, frustum"), "{way}");
     }
 }
-
-#[test]
-fn options_of_the_paper_need_it() {
-    for args in [
-        &["bench", "--draw"][..],
-        &["bench", "--depth", "3"],
-        &["bench", "--cube", "1"],
-        &["bench", "--occluders", "3"],
-        &["bench", "--paper=never"],
-        &["bench", "--paper", "--depth", "22"],
-        &["bench", "--paper", "--cube", "0"],
-        &["bench", "--paper", "--cube", "NaN"],
-        &["bench", "--paper", "--draw=0x5"],
-        &["bench", "--paper", "--node-test", "corners-apart"],
-    ] {
-        let output = OSP.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
-    }
-}

@@ -1,2 +1,0 @@
-#![no_main]
-osp_fuzz::fuzz!(small_files);
