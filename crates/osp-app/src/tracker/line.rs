@@ -6,24 +6,13 @@ use super::message::{Argument, Arguments, Message};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Malformed;
 
-/// Parses a line. Returns `Ok(None)` if the line has no message (empty, a comment, a key, the number of a frame). An
+/// Parses a line. Returns `Ok(None)` if the line has no message (empty, a comment, a key). An
 /// unknown brush is treated as a plain ribbon.
 ///
 /// # Errors
 /// The line is malformed.
 pub fn parse_line(line: &str) -> Result<Option<Message>, Malformed> {
     parse_line_noting(line, &mut |_| {})
-}
-
-/// The frame number of a packet: `frame N` in the first line, or in the second line after a key.
-pub(super) fn frame_number(packet: &str) -> Option<u32> {
-    packet.lines().take(2).find_map(|line| {
-        let mut words = line.split_ascii_whitespace();
-        match (words.next()?, words.next()?.parse()) {
-            ("frame", Ok(number)) => Some(number),
-            _ => None,
-        }
-    })
 }
 
 /// Does the same as [`parse_line`], and reports the name of an unknown brush.
@@ -33,13 +22,11 @@ pub(super) fn parse_line_noting(
 ) -> Result<Option<Message>, Malformed> {
     let mut words = Words(line.split_ascii_whitespace());
     let Some(word) = words.text().filter(|word| !word.starts_with('#')) else { return Ok(None) };
-    // Keys and frame numbers were read before.
-    let is_read = match word {
-        "key" => words.text().is_some(),
-        "frame" => words.text().is_some_and(|number| number.parse::<u32>().is_ok()),
-        _ => return Message::read(word, &mut words, unknown).map(Some).ok_or(Malformed),
-    };
-    if is_read && words.are_over() { Ok(None) } else { Err(Malformed) }
+    if word != "key" {
+        return Message::read(word, &mut words, unknown).map(Some).ok_or(Malformed);
+    }
+    // Keys were read before.
+    if words.text().is_some() && words.are_over() { Ok(None) } else { Err(Malformed) }
 }
 
 struct Words<'a>(SplitAsciiWhitespace<'a>);

@@ -10,7 +10,6 @@
 //! erase X Y Z                                     erases the stroke at this place
 //! undo
 //! redo
-//! frame N                                         first in a packet of a socket: its number; gaps are counted as lost
 //! key WORD                                        first in every packet, if the window requires a key
 //! # anything
 //! ```

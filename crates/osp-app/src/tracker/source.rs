@@ -17,7 +17,7 @@ use thiserror::Error;
 use super::{
     Message, TrackerOptions,
     admittance::{Admission, Admittance, is_osc},
-    line::{frame_number, parse_line_noting},
+    line::parse_line_noting,
     osc::parse_osc_noting,
 };
 use osp_session::{platform::time::Instant, recording::Paint, small_file::open_regular};
@@ -107,8 +107,6 @@ pub struct Counts {
     /// Number of messages that were dropped because too many waited for a frame, or a datagram had too many. Includes
     /// datagrams beyond the limit per second.
     pub dropped: u64,
-    /// Number of missing frames of a sender that numbers its frames; `None` without numbers.
-    pub lost: Option<u64>,
     /// Number of datagrams that were not read, because their sender is not accepted or they lack the key.
     pub refused: u64,
     /// Whether reading the stream has ended because it has no lines.
@@ -126,8 +124,6 @@ struct Shared {
 #[derive(Debug, Default)]
 struct Tally {
     counts: Counts,
-    /// One more than the number of the sender's last frame; 0 before the first frame.
-    last_frame: u64,
     /// Unknown brushes that messages have chosen.
     unknown: Vec<String>,
     /// Number of unknown brushes that were reported to the caller.
@@ -282,28 +278,6 @@ impl Output {
         self.shared.tally().counts.dropped += count;
     }
 
-    /// Counts the frames missing between the last frame and this frame. A late frame no longer counts as lost; a
-    /// restarted sender adds no loss.
-    fn note_frame(&self, number: u32) {
-        /// A larger gap counts as a new numbering, not as loss.
-        const MOST_LOST: u64 = 100_000;
-        /// A sender whose number is lower by more than this has restarted.
-        const LATE: u64 = 1000;
-        let mut tally = self.shared.tally();
-        let (next, expected) = (u64::from(number) + 1, tally.last_frame);
-        let lost = tally.counts.lost.unwrap_or(0);
-        let missing = next.saturating_sub(expected + 1);
-        tally.counts.lost = Some(match next {
-            // The frame was counted as lost when a later frame was received.
-            _ if next <= expected && expected - next < LATE => lost.saturating_sub(1),
-            _ if expected > 0 && missing <= MOST_LOST => lost + missing,
-            _ => lost,
-        });
-        if next > expected || expected - next >= LATE {
-            tally.last_frame = next;
-        }
-    }
-
     fn wake(&self) {
         if !self.shared.is_woken.swap(true, Ordering::SeqCst) {
             (self.wake)();
@@ -348,9 +322,6 @@ impl Output {
             return;
         }
         let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
-        if let Some(number) = frame_number(text) {
-            self.note_frame(number);
-        }
         for line in text.lines() {
             match parse_line_noting(line, &mut |name| self.shared.note_unknown(name)) {
                 Ok(message) => messages.extend(message),

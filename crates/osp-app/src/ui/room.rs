@@ -92,10 +92,6 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
         ui.label(latency).on_hover_text(
             "from the arrival of a pose to the submission of the picture that shows it (median), without the delays of the tracker and the display",
         );
-        ui.weak("lost");
-        let lost = counts.lost.map_or("unknown (frames have no numbers)".to_owned(), count);
-        ui.label(lost)
-            .on_hover_text("numbered frames of a sender (`frame N`) that were lost");
         ui.end_row();
     });
     let not_read =
