@@ -16,7 +16,7 @@ use osp_lab::report::columns_table;
 use osp_lab::report::{ChartFormat, RigPlan};
 use osp_session::rig::{Eye, Eyes, Output, Rig, Screen, Viewport};
 
-/// Check or show a rig, the screens around a tracked head.
+/// Check and show a rig, the screens around a tracked head.
 #[derive(Args, Debug)]
 #[command(after_help = FORMAT)]
 pub(super) struct RigCommand {
@@ -59,7 +59,6 @@ one frame). Drivers and projectors apply warp meshes.
 Rigs in osp: desktop, dual-wall, cave4.
 
 Examples:
-  osp rig check walls.ron
   osp rig show dual-wall plan.svg
   osp rig monitors
   osp sketch --rig walls.ron --stereo side-by-side";
@@ -68,13 +67,8 @@ Examples:
 enum What {
     /// List the monitors that a rig may name.
     Monitors,
-    /// List the errors in rigs. The exit code is 1 if the head is behind a screen, 2 if a file is no rig.
-    Check {
-        /// Files, or names of rigs in osp.
-        #[arg(required = true, value_name = "RIG")]
-        rigs: Vec<String>,
-    },
-    /// Print the sizes of a rig's screens and their distances and angles from the head. Optionally draw a plan.
+    /// Print the sizes of a rig's screens and their distances and angles from the head. Optionally draw a plan. The exit
+    /// code is 1 if the head is behind a screen, 2 if the file is no rig.
     Show {
         /// A file, or the name of a rig in osp.
         #[arg(value_name = "RIG")]
@@ -93,45 +87,30 @@ pub(super) fn run(args: &RigCommand) -> anyhow::Result<Outcome> {
         What::Monitors => monitors(),
         #[cfg(not(feature = "window"))]
         What::Monitors => built::refuse("osp rig monitors", &[Feature::Window]),
-        What::Check { rigs } => check(rigs),
         What::Show { rig, plan, force } => show(rig, plan.as_ref(), *force),
     }
 }
 
-fn check(names: &[String]) -> anyhow::Result<Outcome> {
+/// Warns of screens whose picture the head cannot see.
+fn check(name: &str, rig: &Rig) -> Outcome {
     let mut outcome = Outcome::Done;
-    let mut wrong = None;
-    for name in names {
-        let rig = match Rig::open(name) {
-            Ok(rig) => rig,
-            // Checks the other rigs before it returns the error.
-            Err(error) => {
-                if let Some(before) = wrong.replace(error) {
-                    warn(&format!("error: {before}"));
-                }
-                continue;
-            }
+    for screen in &rig.screens {
+        let is_blind = |eye: &&Eye| {
+            let eye = rig.eye_in_room(**eye, rig.head, Quat::IDENTITY);
+            screen.view(eye, NEAR_M, FAR_M).is_none()
         };
-        let eyes = rig.stereo.eyes();
-        for screen in &rig.screens {
-            let is_blind = |&&eye: &&Eye| {
-                let eye = rig.eye_in_room(eye, rig.head, Quat::IDENTITY);
-                screen.view(eye, NEAR_M, FAR_M).is_none()
-            };
-            if let Some(eye) = eyes.iter().find(is_blind) {
-                outcome = Outcome::CheckFailed;
-                warn(&format!(
-                    "{name}: the {} of the head at {} is not in front of screen `{}`: the corners of the screen are in the wrong order, or \
-                     the head is behind the screen",
-                    eye.name(),
-                    rig.head,
-                    screen.name
-                ));
-            }
+        if let Some(eye) = rig.stereo.eyes().iter().find(is_blind) {
+            outcome = Outcome::CheckFailed;
+            warn(&format!(
+                "{name}: the {} of the head at {} is not in front of screen `{}`: the corners of the screen are in the wrong order, or \
+                 the head is behind the screen",
+                eye.name(),
+                rig.head,
+                screen.name
+            ));
         }
-        print_result(&format!("{}: {} screens, {}", one_line(name), rig.screens.len(), rig.stereo.name()))?;
     }
-    wrong.map_or(Ok(outcome), |error| Err(error.into()))
+    outcome
 }
 
 #[cfg(feature = "window")]
@@ -185,7 +164,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: ForceArgs) -> anyhow::Result<
     if let Some(output) = output {
         output.write_by(|file| file.write_all(&RigPlan(&rig).encode(ChartFormat::of(output.path()))?))?;
     }
-    Ok(Outcome::Done)
+    Ok(check(name, &rig))
 }
 
 /// Returns a line about an output: the monitor, the viewport and the eyes.
