@@ -110,17 +110,6 @@ pub enum Side {
 }
 
 impl Side {
-    pub const ALL: [Self; 3] = [Self::Front, Self::Top, Self::Right];
-
-    /// The side's name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Front => "front",
-            Self::Top => "top",
-            Self::Right => "right",
-        }
-    }
-
     fn project(self, p: Vec3) -> DVec2 {
         let p = p.as_dvec3();
         match self {

@@ -18,8 +18,6 @@ pub enum ShadowForm {
 }
 
 impl ShadowForm {
-    pub const ALL: [Self; 2] = [Self::Conservative, Self::Paper];
-
     /// The name of the method of occlusion culling with this form.
     pub fn name(self) -> &'static str {
         match self {
