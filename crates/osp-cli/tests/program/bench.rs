@@ -136,28 +136,3 @@ fn every_index_is_measured_and_csv_and_json_have_the_same_rows() {
         assert!((written - value).abs() <= 1.0e-12 * value.abs(), "{written} {row}");
     }
 }
-
-#[test]
-fn wrong_use_is_refused_before_anything_is_measured() {
-    for args in [
-        &["bench", "--no-growth"][..],
-        &["bench", "--sizes", "0"],
-        &["bench", "--sizes", "5", "--html", "no-such-folder/bench.html"],
-        &["bench", "--sizes", "5", "--index", "no-such"],
-        &["bench", "no-such-file.ron"],
-        &["bench", "--draw"],
-        &["bench", "--depth", "3"],
-        &["bench", "--cube", "1"],
-        &["bench", "--occluders", "3"],
-        &["bench", "--paper=never"],
-        &["bench", "--paper", "--depth", "22"],
-        &["bench", "--paper", "--cube", "0"],
-        &["bench", "--paper", "--cube", "NaN"],
-        &["bench", "--paper", "--draw=0x5"],
-        &["bench", "--paper", "--node-test", "corners-apart"],
-    ] {
-        let output = OSP.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
-    }
-}

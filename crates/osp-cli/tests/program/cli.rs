@@ -6,25 +6,13 @@ use std::{
     process::Command,
 };
 
-use crate::OSP;
+use crate::{OSP, cli_outputs::strokes_text};
 use osp_testkit::{stderr, stdout, temp};
 
 /// A small session with a bit of everything.
 fn small_session(folder: &Path) -> PathBuf {
-    let mut text = String::from("Header(format: 1, name: \"small\", source: \"test\")\n");
-    for stroke in 0..6 {
-        text += &format!(
-            "Begin(t: 0.0, stroke: {stroke}, tool: Ribbon, width: 0.05, color: (1.0, 0.5, 0.2, 1.0), thinnest: 1.0)\n"
-        );
-        for i in 0..40 {
-            let x = i as f32 * 0.02;
-            let t = f64::from(stroke) + f64::from(i) * 0.011;
-            text +=
-                &format!("Point(t: {t}, stroke: {stroke}, p: ({x}, {}, {}))\n", stroke as f32 * 0.1, x * x);
-        }
-        text += &format!("End(t: 0.0, stroke: {stroke})\n");
-    }
-    text += "Erase(t: 7.0, stroke: 2)\nUndo(t: 7.1)\nRedo(t: 7.2)\nMove(t: 7.3, strokes: [1, 3], by: (0.0, 0.5, 0.0))\n";
+    let text = strokes_text(6, 40, 0.0)
+        + "Erase(t: 7.0, stroke: 2)\nUndo(t: 7.1)\nRedo(t: 7.2)\nMove(t: 7.3, strokes: [1, 3], by: (0.0, 0.5, 0.0))\n";
     let path = folder.join("small.ron");
     fs::write(&path, text).expect("a temporary folder can be written");
     path
@@ -130,54 +118,6 @@ fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
     assert!(text.contains("\"a/same.ron\"") && text.contains("\"b/same.ron\""), "{text}");
 }
 
-#[test]
-fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
-    let folder = temp();
-    let session = small_session(folder.path());
-    let out = folder.path().join("no-such-folder").join("out.ron");
-    let (session, out) = (session.to_str().expect("utf-8"), out.to_str().expect("utf-8"));
-    for args in [&["import", session, out][..], &["synth", "portrait", "--polygons", "50", out]] {
-        let said = OSP.refused(args);
-        assert!(said.contains(out), "{said}");
-        assert!(!said.contains("unfinished"), "{said}");
-    }
-    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
-}
-
-#[test]
-fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
-    let folder = temp();
-    let session = small_session(folder.path());
-    let session = session.to_str().expect("utf-8");
-    for args in [
-        &["replay"][..],
-        &["replay", session, "--index", "no-such"],
-        &["replay", session, "--pace", "samples:0"],
-        &["replay", session, "--camera", "upside-down"],
-        &["replay", session, "--budget", "-1"],
-        &["replay", session, "--chart", "frames.bmp"],
-        &["frobnicate"],
-        &[],
-    ] {
-        let said = OSP.refused(args);
-        assert!(!said.is_empty());
-    }
-    let missing = OSP.refused(["replay", "no-such-file.ron"]);
-    assert_eq!(missing.lines().count(), 1, "{missing}");
-    assert!(missing.contains("no-such-file.ron"));
-
-    let damaged = folder.path().join("damaged.ron");
-    let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
-    fs::write(&damaged, text).expect("written");
-    let damaged = damaged.to_str().expect("utf-8");
-    let said = OSP.refused(["replay", damaged]);
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.contains("damaged.ron") && said.contains("line 3"), "{}", said);
-    let lenient = OSP.run(["replay", damaged, "--lenient"]);
-    assert!(lenient.status.success(), "{}", stderr(&lenient));
-    assert!(stderr(&lenient).contains("damaged parts skipped: 1"), "{}", stderr(&lenient));
-}
-
 #[cfg(feature = "window")]
 #[test]
 fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
@@ -269,9 +209,6 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     assert!(synth("a.ron", &["--force"]).status.success());
     assert_eq!(fs::read(path("a.ron")).expect("written again"), before, "the same bytes");
     assert!(stderr(&synth("a.txt", &[])).contains(".ron or .ron.zst"));
-    let unknown = OSP.refused(["synth", "vase", &path("b.ron")]);
-    assert!(unknown.contains("portrait"), "{unknown}");
-    assert!(!Path::new(&path("b.ron")).exists());
 }
 
 #[test]

@@ -37,16 +37,20 @@ use osp_testkit::{names, stderr, stdout};
 
 /// A session of a few strokes; `y` makes several differ.
 fn session_text(y: f32) -> String {
+    strokes_text(3, 20, y)
+}
+
+pub(crate) fn strokes_text(strokes: u16, points: u16, y: f32) -> String {
     let mut text = String::from("Header(format: 1, name: \"small\", source: \"test\")\n");
-    for stroke in 0..3 {
+    for stroke in 0..strokes {
         text += &format!(
             "Begin(t: 0.0, stroke: {stroke}, tool: Ribbon, width: 0.05, color: (1.0, 0.5, 0.2, 1.0), thinnest: 1.0)\n"
         );
-        for i in 0..20 {
-            let (x, t) = (i as f32 * 0.02, f64::from(stroke) + f64::from(i) * 0.011);
+        for i in 0..points {
+            let (x, t) = (f32::from(i) * 0.02, f64::from(stroke) + f64::from(i) * 0.011);
             text += &format!(
                 "Point(t: {t}, stroke: {stroke}, p: ({x}, {}, {}))\n",
-                y + stroke as f32 * 0.1,
+                y + f32::from(stroke) * 0.1,
                 x * x
             );
         }

@@ -51,28 +51,3 @@ fn csv_and_json_have_the_figures_of_the_table() {
     let lines = cells(&fs::read_to_string(&csv).expect("the figures"));
     assert_eq!(lines.len() - 1, report.rows().len());
 }
-
-#[test]
-fn wrong_use_is_one_clear_error() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = session(folder.path());
-    for (args, words) in [
-        (&[&file, "--index", "osp"][..], "--index: expected two to four structures; found 1"),
-        (
-            &[&file, "--index", "osp,bsp,lbvh,hlbvh,kd-tree"],
-            "--index: expected two to four structures; found 5",
-        ),
-        (&[&file, "--index", "osp,lbvh,osp"], "--index: expected each structure once; found osp twice"),
-        (&[&file, "--index", "osp,oktree"], "invalid value 'oktree'"),
-        (&[&file, "--synth", "9"], "cannot be used with"),
-        (&[], "required"),
-        (&["no-such-file.ron"], "no-such-file.ron"),
-    ] {
-        let output = OSP.run([&["race"], args].concat());
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let said = stderr(&output);
-        assert!(output.stdout.is_empty() && said.matches("error:").count() == 1, "{args:?}: {said}");
-        assert!(said.contains(words), "{args:?}: {said}");
-    }
-    assert!(stdout(&OSP.run(["--help"])).lines().any(|line| line.trim_start().starts_with("race ")));
-}

@@ -9,18 +9,8 @@ fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {
     let folder = tempfile::tempdir().expect("a folder");
     let session = osp_testkit::at("docs/figures/vanish.ron");
     let session = session.to_str().expect("a name in UTF-8");
-    let tree = [
-        "draw-index",
-        session,
-        "tree.svg",
-        "--index",
-        "osp-paper",
-        "--as",
-        "tree",
-        "--levels",
-        "4",
-        "--names",
-    ];
+    let options = "--index osp-paper --as tree --levels 4 --names".split(' ');
+    let tree = ["draw-index", session, "tree.svg"].into_iter().chain(options);
     let said = OSP.done_in(folder.path(), tree);
     assert!(said.contains("osp-paper: 65,535 nodes, 16 levels, 68 polygons"), "{said}");
     let svg = fs::read_to_string(folder.path().join("tree.svg")).expect("a picture");

@@ -65,16 +65,3 @@ fn visible_polygons_that_the_papers_form_hides_are_red() {
     assert_eq!(shapes(&svg, "<circle", ORANGE), 9 + 10);
     assert_eq!((shapes(&svg, "<polygon", BLUE), shapes(&svg, "<polygon", RED)), (60, 30));
 }
-
-#[test]
-fn what_does_not_fit_together_is_refused() {
-    let folder = tempfile::tempdir().expect("a folder");
-    OSP.done_in(folder.path(), ["synth", "room", "room.ron", "--polygons", "300"]);
-    let refused = |options: &[&str]| {
-        OSP.refused_in(folder.path(), ["draw-occlusion", "room.ron"].iter().chain(options))
-    };
-    assert!(refused(&["o.jpg"]).contains(".svg or .png or .gif or .dot"));
-    assert!(refused(&["o.dot", "--form", "both"]).contains("one tree"));
-    assert!(refused(&["o.png", "--every", "2"]).contains(".gif"));
-    assert!(!folder.path().join("o.png").exists());
-}

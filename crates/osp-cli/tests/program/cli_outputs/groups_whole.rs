@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::OSP;
-use osp_testkit::{stderr, temp};
+use osp_testkit::temp;
 
 /// The columns of a replay of the session with moving groups: polygons inserted again, and the fingerprint, of each frame.
 fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
@@ -33,17 +33,4 @@ fn the_same_is_seen_and_little_is_inserted_again() {
         assert_eq!(prints, prints_whole, "{more:?}");
         assert!(prints.len() > 300 && anew_whole * 4 < anew, "{more:?}: {anew_whole} of {anew}");
     }
-}
-
-#[test]
-fn what_occlusion_culling_leaves_out_is_hidden_where_groups_move_whole() {
-    let folder = temp();
-    let session = osp_testkit::at("recordings/nested.ron");
-    let session = session.to_str().expect("utf-8");
-    let methods = "none,msvbsp,svbsp,depth-last,auto";
-    let args = ["replay", session, "--groups", "whole", "--occlusion", methods, "--verify-frames", "6"];
-    let output = OSP.run_in(folder.path(), args);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let report = String::from_utf8(output.stdout).expect("utf-8");
-    assert_eq!(report.matches(" culled 0 visible polygons.").count(), 5, "{report}");
 }

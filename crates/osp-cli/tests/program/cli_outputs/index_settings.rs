@@ -112,7 +112,7 @@ fn an_index_is_drawn_with_the_settings() {
 }
 
 #[test]
-fn a_setting_that_changes_nothing_is_refused_and_so_is_one_out_of_range() {
+fn a_setting_that_changes_nothing_is_refused() {
     let folder = room();
     let mut commands: Vec<&[&str]> = vec![&["replay", "room.ron"]];
     if cfg!(feature = "bench") {
@@ -131,19 +131,5 @@ fn a_setting_that_changes_nothing_is_refused_and_so_is_one_out_of_range() {
                 assert!(said.contains(kind.name()), "{} in {said}", kind.name());
             }
         }
-    }
-    for [option, value, words] in [
-        ["--depth", "22", "0..=21"],
-        ["--cube", "0", "from 0.01 to 100"],
-        ["--cube", "NaN", "from 0.01 to 100"],
-        ["--cut-nodes", "kept", "tested, drawn"],
-        ["--buckets", "1", "2..=32"],
-        ["--buckets", "33", "2..=32"],
-        ["--leaf", "0", "1..=4096"],
-        ["--leaf", "4097", "1..=4096"],
-        ["--morton-bits", "22", "1..=21"],
-    ] {
-        let said = OSP.refused_in(folder.path(), ["replay", "room.ron", option, value]);
-        assert!(said.contains(option) && said.contains(words), "{said}");
     }
 }

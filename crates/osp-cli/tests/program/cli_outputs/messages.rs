@@ -65,27 +65,14 @@ fn names_and_titles_do_not_command_the_terminal() {
     fs::write(folder.path().join(&damaged), session + "Point(\u{1b}[31m\u{9b}\n").expect("written");
     let missing = format!("{evil} missing.ron");
     let svg = format!("{evil}.svg");
+    let quick = "--views 1 --pixels 16x16 --repeats 1 --occlusion msvbsp".split(' ');
     let cases = [
         (vec!["info", &file], 0),
         (vec!["info", &file, "--json"], 0),
         (vec!["replay", &file], 0),
         (vec!["replay", &file, "--json"], 0),
         (vec!["replay", &file, "--chart", "c.svg", "--csv", "c.csv"], 0),
-        (
-            vec![
-                "verify",
-                &file,
-                "--views",
-                "1",
-                "--pixels",
-                "16x16",
-                "--repeats",
-                "1",
-                "--occlusion",
-                "msvbsp",
-            ],
-            0,
-        ),
+        (["verify", &file].into_iter().chain(quick).collect(), 0),
         (vec!["draw-index", &file, &svg], 0),
         (vec!["draw-insertion", &file, "o.gif"], 0),
         (vec!["draw-occlusion", &file, &svg, "--force"], 0),

@@ -60,12 +60,3 @@ fn replay_takes_both_options_and_nothing_visible_is_culled() {
         assert_ne!(occluded(&run), occluded(&usual), "{args:?} changes nothing");
     }
 }
-
-#[test]
-fn what_would_change_nothing_or_cull_wrongly_is_refused() {
-    let said = OSP.refused(["replay", "recordings/room.ron", "--node-test", "sphere"]);
-    assert!(said.contains("--node-test is about occlusion culling"), "{said}");
-    let command = ["replay", "recordings/room.ron", "--occlusion", "msvbsp", "--node-test", "corners-apart"];
-    let said = OSP.refused(command);
-    assert!(said.contains("corners"), "{said}");
-}

@@ -61,19 +61,3 @@ fn a_damaged_session_is_named_and_the_others_are_verified() {
         stdout(&output)
     );
 }
-
-#[test]
-fn what_cannot_be_meant_is_refused() {
-    let folder = folder_of_sessions();
-    fs::create_dir(folder.path().join("none")).expect("a folder");
-    for (args, says) in [
-        (&["verify", "--all", "none"][..], "expected sessions; found none in none"),
-        (&["verify", "--all", "all", "nowhere"], "error: nowhere: "),
-        (&["verify", "--all", "all", "--part", "3/2"], "expected K/N"),
-        (&["verify", "--part", "1/2", "all"], "--all"),
-        (&["verify", "all"], "a folder that is no unpacked sketch (open one of its files)"),
-    ] {
-        let said = OSP.refused_in(folder.path(), args);
-        assert!(said.contains(says), "{args:?}: {said}");
-    }
-}
