@@ -13,7 +13,7 @@ use osp::{
     },
 };
 use osp_lab::Method;
-use osp_lab::literal::{CornersApart, msvbsp_without_caps};
+use osp_lab::literal::CornersApart;
 use osp_rivals::RivalOcclusion;
 
 /// A rectangle in the plane z = `distance`, from the origin along +z.
@@ -74,19 +74,6 @@ fn corners_find_at_most_what_the_box_finds() {
         }
     }
     assert!(0 < hidden[0] && hidden[0] < hidden[1], "{hidden:?}");
-}
-
-#[test]
-fn without_caps_what_lies_before_an_occluder_is_hidden() {
-    let wall = [rectangle(4.0, [-2.0, 2.0], [-2.0, 2.0])];
-    let before = Aabb::cube(Vec3::Z * 2.0, 0.1);
-    let mut capless = msvbsp_without_caps(4);
-    build(&mut *capless, &wall);
-    assert_eq!(capless.test_box(&before).verdict, Verdict::Hidden);
-    assert!(matches!(capless.soundness(), Soundness::Unsound(_)));
-    let mut capped = RivalOcclusion::MsvbspPaper.culler()(4);
-    build(&mut *capped, &wall);
-    assert_eq!(capped.test_box(&before).verdict, Verdict::Unoccluded);
 }
 
 /// Two walls that share an edge are one to the paper. Each is before the other's plane, or behind it.

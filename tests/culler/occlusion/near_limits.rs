@@ -199,22 +199,6 @@ fn what_all_but_touches_the_eyes_plane_is_drawn() {
     assert_eq!(drawn_last(&told.scene, &window), [0, 2]);
 }
 
-/// Behind the eye, mirrored by the projection, nothing is hidden by what is before it.
-#[test]
-fn what_is_behind_the_eye_is_in_no_shadow() {
-    let window = straight(1.0, 0.01);
-    let wall = rectangle(1.0, [-2.0, 2.0], [-2.0, 2.0]);
-    let shadow = ShadowVolume::of_polygon(&wall, &window).expect("a wall");
-    for culler in sound_cullers(&window, &[shadow]) {
-        for z in [-0.5, -1.0, -5.0] {
-            let bounds = Aabb::cube(Vec3::new(0.0, 0.0, z), 0.1);
-            assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{} {z}", culler.name());
-            let ball = Sphere { center: bounds.center(), radius_m: 0.05 };
-            assert_ne!(culler.test_sphere(&ball).verdict, Verdict::Hidden, "{} {z}", culler.name());
-        }
-    }
-}
-
 /// A ball just before the eye's plane, whose box reaches back beyond it: the box's corners behind the eye are projected to
 /// the wrong side. Most of the window is closed by a wall; the ball shows in what is left.
 #[test]

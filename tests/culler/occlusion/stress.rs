@@ -9,7 +9,7 @@ use osp::occlusion::{
     msvbsp::{Msvbsp, MsvbspConfig},
 };
 use osp_lab::Method;
-use osp_rivals::occlusion::{MsvbspPaper, PaperCaps, ShadowFrusta};
+use osp_rivals::occlusion::ShadowFrusta;
 
 /// Scenes of each family: all the tests here together ask more than a million questions, in release builds of each culler.
 const SCENES: u64 = if cfg!(debug_assertions) { 64 } else { 280 };
@@ -95,17 +95,6 @@ fn random_stress_of_outlines_in_a_picture_of_surfaces_exposes_nothing() {
     // Coarse pixels are the harder test, and the faster one.
     for (width, height) in [(64, 36), (256, 144)] {
         assert_sound(&mut CoverageBuffer::new(width, height), 104);
-    }
-}
-
-#[test]
-fn the_judge_catches_the_paper() {
-    for caps in [PaperCaps::Supporting, PaperCaps::None] {
-        let mut culler = MsvbspPaper::new(caps, 2048);
-        assert!(matches!(culler.soundness(), Soundness::Unsound(_)));
-        let tally = tally(&mut culler, 105);
-        eprintln!("{}: {} of {} hidden are wrong", culler.name(), tally.wrong, tally.hidden);
-        assert!(tally.wrong > 0, "{}: nothing of {} was wrong", culler.name(), tally.hidden);
     }
 }
 
