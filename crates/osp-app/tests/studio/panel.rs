@@ -161,6 +161,25 @@ fn every_tool_has_a_button_and_a_key() {
 }
 
 #[test]
+fn keys_straighten_mirror_and_show_all() {
+    let mut harness = sketch();
+    harness.press(Key::U);
+    harness.press(Key::Y);
+    let aids = harness.state().studio.aids();
+    assert!(aids.straight && aids.mirror_x.is_some(), "{aids:?}");
+    drag(&mut harness, &across());
+    assert_eq!(harness.state().studio.scene().strokes().len(), 2);
+    let size_px = glam::Vec2::new(800.0, 600.0);
+    harness.state_mut().studio.input(osp_app::Input::Wheel(20.0), osp_app::Held::default(), size_px);
+    harness.run_steps(2);
+    let record = harness.state().report.record;
+    assert!(record.visible < record.polygons, "{record:?}");
+    harness.press(Key::F);
+    let record = harness.state().report.record;
+    assert_eq!(record.visible, record.polygons);
+}
+
+#[test]
 fn a_replay_is_played_and_stepped_by_its_bar() {
     let mut harness = replay();
     let position = |harness: &Harness<'_, Window>| {

@@ -6,7 +6,6 @@ mod desk;
 mod keeping;
 mod replaying;
 mod sketching;
-mod tasks;
 mod tracker_keys;
 mod tracking;
 mod walls;

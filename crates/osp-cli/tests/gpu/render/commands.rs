@@ -3,7 +3,7 @@
 use crate::OSP;
 use osp_testkit::{ROOT, stderr};
 
-use super::scenes::gpu;
+use super::scenes::{gpu, read_png};
 
 #[test]
 fn a_replay_takes_the_time_of_drawing_each_frame() {
@@ -98,11 +98,8 @@ fn the_portrait_shows_its_face() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("portrait.png");
     OSP.done(["render", "recordings/portrait.ron", out.to_str().expect("text"), "--size", "320x240"]);
-    let file = std::io::BufReader::new(std::fs::File::open(&out).expect("a picture"));
-    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
-    let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
-    let info = reader.next_frame(&mut bytes).expect("a PNG");
-    let pixels = bytes[..info.buffer_size()].chunks_exact(info.color_type.samples());
+    let (width, height, bytes) = read_png(&out);
+    let pixels = bytes.chunks_exact(bytes.len() / (width * height) as usize);
     // Bright and reddish; the hair is dark, the clothes are blue, the background is grey. From behind: about 80.
     let skin = pixels.filter(|pixel| pixel[0] > 150 && pixel[0] > pixel[2].saturating_add(30)).count();
     assert!(skin > 220, "{skin} pixels of skin");

@@ -2,7 +2,10 @@
 
 use std::{fs, path::Path};
 
-use super::{decoded_film::Film, scenes::gpu};
+use super::{
+    decoded_film::Film,
+    scenes::{gpu, read_png},
+};
 use crate::OSP;
 use osp_testkit::stderr;
 
@@ -50,11 +53,7 @@ fn a_turntable_shows_the_finished_model_from_all_sides() {
     let (code, said) =
         osp(&["render", "recordings/room.ron", picture, "--camera", "whole", "--size", "96x54"]);
     assert_eq!(code, Some(0), "{said}");
-    let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(picture).expect("there")))
-        .read_info()
-        .expect("a picture");
-    let mut rgba = vec![0; reader.output_buffer_size().expect("a small picture")];
-    reader.next_frame(&mut rgba).expect("a whole picture");
+    let (_, _, rgba) = read_png(Path::new(picture));
     let mean = |pixels: &mut dyn Iterator<Item = [u8; 3]>| {
         let mut sum = [0.0; 3];
         for pixel in pixels {

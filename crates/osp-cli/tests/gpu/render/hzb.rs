@@ -122,24 +122,6 @@ fn eyes() -> Vec<View> {
 }
 
 #[test]
-fn no_method_changes_a_pixel_and_the_pyramid_hides_something() {
-    let Some(gpu) = gpu() else { return };
-    let scene = walled_sketch();
-    for occlusion in BOTH {
-        let Some(mut pair) = Pair::new(&gpu, SIZE, occlusion, chunk_len()) else { return };
-        // From far to near and back, each view twice: every frame but the second of two is a jump.
-        for view in eyes().into_iter().skip(2) {
-            for time in 0..2 {
-                pair.check(&scene, &view, &format!("{occlusion:?}, {}, time {time}", view.eye_in_world));
-            }
-        }
-        // Queries hide whole groups of 64 only.
-        let least = if occlusion == HZB { 0.3 } else { 0.0 };
-        assert!(pair.hidden_share() > least, "{occlusion:?} hides {}", pair.hidden_share());
-    }
-}
-
-#[test]
 fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
     let Some(gpu) = gpu() else { return };
     for (occlusion, chunk_len) in [(HZB, chunk_len()), (HZB, 112), (QUERIES, 112)] {
@@ -170,18 +152,24 @@ fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
     }
 }
 
+/// From far to near and back, each view twice: every frame but the second of two is a jump.
 #[test]
-fn every_size_of_picture_is_right() {
+fn no_method_changes_a_pixel_of_any_size_and_the_pyramid_hides_something() {
     let Some(gpu) = gpu() else { return };
     let scene = walled_sketch();
     let sizes = [(1, 1), (1, 7), (5, 1), (2, 3), (17, 333), (641, 359)];
     for (size, occlusion) in sizes.into_iter().flat_map(|size| BOTH.map(|occlusion| (size, occlusion))) {
         let Some(mut pair) = Pair::new(&gpu, size, occlusion, chunk_len()) else { return };
-        for view in eyes().into_iter().take(4) {
-            for _ in 0..2 {
-                pair.check(&scene, &view, &format!("{occlusion:?}, {size:?}, {}", view.eye_in_world));
+        for view in eyes() {
+            for time in 0..2 {
+                let what = format!("{occlusion:?}, {size:?}, {}, time {time}", view.eye_in_world);
+                pair.check(&scene, &view, &what);
             }
         }
+        // Queries hide whole groups of 64 only.
+        let least = if occlusion == HZB { 0.3 } else { 0.0 };
+        let is_large = size.0 * size.1 > 100_000;
+        assert!(!is_large || pair.hidden_share() > least, "{occlusion:?} hides {}", pair.hidden_share());
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::scenes::gpu;
+use super::scenes::{gpu, read_png};
 use crate::OSP;
 use osp_testkit::stderr;
 
@@ -29,14 +29,6 @@ fn has_opengl(folder: &Path) -> bool {
     has
 }
 
-fn pixels(path: &Path) -> Vec<u8> {
-    let file = std::io::BufReader::new(std::fs::File::open(path).expect("a picture"));
-    let mut reader = png::Decoder::new(file).read_info().expect("a picture");
-    let mut bytes = vec![0; reader.output_buffer_size().expect("its size")];
-    reader.next_frame(&mut bytes).expect("its pixels");
-    bytes
-}
-
 #[test]
 fn opengl_draws_the_same_pictures_as_vulkan() {
     let Some(_) = gpu() else { return };
@@ -57,7 +49,7 @@ fn opengl_draws_the_same_pictures_as_vulkan() {
             let out = folder.path().join(format!("{backend}.png"));
             let (code, said) = render(backend, session, &out, &[]);
             assert!(code == Some(0) && said.contains(&format!("({backend})")), "{said}");
-            pixels(&out)
+            read_png(&out).2
         });
         assert_eq!(ours.len(), theirs.len());
         let differences = ours.iter().zip(&theirs).map(|(a, b)| u64::from(a.abs_diff(*b)));

@@ -1,7 +1,8 @@
 use std::sync::Arc;
 
 use super::scenes::{
-    all_ids, apply, drawer, gpu, picture, picture_of, pixel, set, sketch, square, view_from, winding_stroke,
+    all_ids, apply, drawer, gpu, picture, picture_of, pixel, read_png, set, sketch, square, view_from,
+    winding_stroke,
 };
 use glam::Vec3;
 use osp::{polygon::PolygonId, view::View};
@@ -223,13 +224,7 @@ fn a_picture_is_written_and_times_are_taken() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("sketch.png");
     image.write_png(&path).expect("a file");
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).expect("the file")))
-            .read_info()
-            .expect("a PNG");
-    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
-    reader.next_frame(&mut bytes).expect("a picture");
-    assert_eq!(bytes, image.rgba());
+    assert_eq!(read_png(&path).2, image.rgba());
     let error = image.write_png(&folder.path().join("no/such/folder.png")).expect_err("no folder");
     assert!(error.to_string().contains("folder.png"), "{error}");
 }

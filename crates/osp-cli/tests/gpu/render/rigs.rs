@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::Path, process::Output};
 
-use super::scenes::gpu;
+use super::scenes::{gpu, read_png};
 use crate::OSP;
 use osp_testkit::{shipped_session, stderr, stdout};
 
@@ -26,13 +26,8 @@ fn pictures(folder: &Path) -> BTreeMap<String, Picture> {
         if path.extension().is_none_or(|ending| ending != "png") {
             continue;
         }
-        let file = std::io::BufReader::new(fs::File::open(&path).expect("a picture"));
-        let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
-        let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
-        let info = reader.next_frame(&mut bytes).expect("a PNG");
-        bytes.truncate(info.buffer_size());
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-        pictures.insert(name, (info.width, info.height, bytes));
+        pictures.insert(name, read_png(&path));
     }
     pictures
 }

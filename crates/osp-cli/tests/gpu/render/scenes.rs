@@ -34,6 +34,16 @@ pub(crate) fn pixel<const CHANNELS: usize>(image: &Image, x: u32, y: u32) -> [u8
     image.rgba()[at..at + CHANNELS].try_into().expect("its bytes")
 }
 
+/// The width, the height and the bytes of a PNG.
+pub(crate) fn read_png(path: &std::path::Path) -> (u32, u32, Vec<u8>) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).expect("a picture"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut bytes).expect("a PNG");
+    bytes.truncate(info.buffer_size());
+    (info.width, info.height, bytes)
+}
+
 /// An adapter, or a line that says why there is none.
 pub(crate) fn gpu() -> Option<Arc<Gpu>> {
     match Gpu::headless() {

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use super::scenes::gpu;
+use super::scenes::{gpu, read_png};
 use crate::OSP;
 use osp_testkit::{stderr, stdout};
 
@@ -39,13 +39,7 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     assert!(stderr(&output).contains("bad.ron, line 2: expected "), "{}", stderr(&output));
     for (session, thumb) in [("in/whole.ron", "out/whole.png"), ("in/below/own.ron", "out/below/own.png")] {
         OSP.done_in(folder.path(), ["render", session, "one.png", "--size", "96x64", "--force"]);
-        let picture = |name: &str| {
-            let file = std::io::BufReader::new(fs::File::open(at(name)).expect("a picture"));
-            let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
-            let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
-            reader.next_frame(&mut pixels).expect("its pixels");
-            pixels
-        };
+        let picture = |name: &str| read_png(&at(name)).2;
         let pixels = picture(thumb);
         assert_eq!(pixels.len(), 96 * 64 * 4);
         assert!(pixels.chunks(4).any(|pixel| pixel != &pixels[..4]), "{thumb} is empty");

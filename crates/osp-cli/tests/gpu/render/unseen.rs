@@ -39,30 +39,6 @@ fn compare(gpu: &Arc<Gpu>, follower: &mut Offscreen, scene: &Scene, when: &str) 
 }
 
 #[test]
-fn a_square_that_was_moved_while_it_was_erased_is_drawn_where_it_is() {
-    let Some(gpu) = gpu() else { return };
-    let t = 0.0;
-    let mut wall = square(Vec3::Z * -2.0, 0.5, (1.0, 0.3, 0.1, 1.0));
-    if let Event::Polygon { stroke, .. } = &mut wall {
-        *stroke = Some(StrokeId(1));
-    }
-    let mut scene = Scene::new();
-    let mut follower = drawer(&gpu);
-    let moved = |x: f32| Event::Move { author: Author::SOLE, t, strokes: vec![StrokeId(1)], by: Vec3::X * x };
-    let erase = Event::Erase { author: Author::SOLE, t, stroke: StrokeId(1) };
-    let undo = Event::Undo { author: Author::SOLE, t };
-    let frames = [vec![wall], vec![moved(0.6), erase], vec![undo], vec![moved(-1.2)]];
-    let mut drawn = Vec::new();
-    for (number, events) in frames.iter().enumerate() {
-        let mut changes = Vec::new();
-        scene.apply_all(events, &mut changes);
-        follower.renderer.follow(&changes);
-        drawn.push(compare(&gpu, &mut follower, &scene, &format!("frame {number}")));
-    }
-    assert!(drawn[0] > 100 && drawn[1] == 0 && drawn[2] > 100 && drawn[3] > 100, "{drawn:?}");
-}
-
-#[test]
 fn whatever_is_edited_the_picture_is_a_fresh_drawers() {
     let Some(gpu) = gpu() else { return };
     let mut shown = 0;

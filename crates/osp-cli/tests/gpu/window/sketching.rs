@@ -4,7 +4,7 @@ use osp_session::{
     recording::{self, OpenOptions},
     scene::Scene,
 };
-use osp_testkit::{ROOT, stderr};
+use osp_testkit::{ROOT, stderr, wait_until};
 
 /// The model's part of a window of 1280 by 800 lies between the panels.
 const MIDDLE: (i32, i32) = (590, 380);
@@ -97,7 +97,15 @@ fn a_session_from_the_first_stroke_to_the_last_click() {
         });
     }
 
-    // Save as, by the dialog.
+    // A picture and a copy, by their dialogs.
+    let picture = desk.folder().join("picture.png");
+    window.key("ctrl+p");
+    window.settle();
+    window.key("ctrl+a");
+    window.write(picture.to_str().expect("a path"));
+    window.key("Return");
+    wait_until("a picture", || std::fs::read(&picture).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG")));
+    window.settle();
     let copy = desk.folder().join("copy.ron");
     window.key("ctrl+shift+s");
     window.settle();
