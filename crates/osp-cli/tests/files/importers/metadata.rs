@@ -2,27 +2,19 @@
 
 use std::path::Path;
 
-use super::files::{METADATA, layer_stroke, raw_points, read, read_sound, sketch, small_sketch, write};
+use super::{
+    files::{METADATA, layer_stroke, raw_points, read, read_sound, sketch, write},
+    left_out::header_of,
+};
 use glam::{Quat, Vec3};
 use osp::math::rotate;
 use osp_session::{
     brush,
-    recording::{Environment, Event, Header, Layer, OpenOptions, open},
+    recording::{Environment, Event, Layer, OpenOptions, open},
 };
 
-/// The header of a sketch with these metadata, and what the reader warns of.
-fn header_of(metadata: &str) -> (Header, Vec<String>) {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "data.sketch", &small_sketch().0);
-    write(folder.path(), "metadata.json", metadata.as_bytes());
-    let mut session = open(folder.path(), &OpenOptions::default()).unwrap();
-    assert_eq!(session.header.check(), Ok(()));
-    while session.events.next_event().unwrap().is_some() {}
-    (session.header, session.events.notes().warnings)
-}
-
 fn light_of(metadata: &str) -> Environment {
-    let (header, warnings) = header_of(metadata);
+    let (header, warnings) = header_of(metadata, false);
     assert_eq!(warnings, [""; 0]);
     *header.environment.expect("an environment")
 }
@@ -44,16 +36,16 @@ fn a_preset_gives_sky_floor_fog_and_lights() {
     assert!(near(standard.lights[0].1, [0.778, 0.816, 0.991]));
     assert!(standard.lights[1].0.abs_diff_eq(Vec3::new(0.0, -0.643, 0.766), 1e-3));
     // A picture of a sky is a gradient of what it amounts to, and what a gradient does not show is named.
-    let (header, _) = header_of(r#"{"EnvironmentPreset":"0ca88298-e5e8-4e94-aad8-4b4f6c80ae52"}"#);
+    let (header, _) = header_of(r#"{"EnvironmentPreset":"0ca88298-e5e8-4e94-aad8-4b4f6c80ae52"}"#, false);
     let blue = header.environment.expect("an environment");
     let up = [149.0 * 0.463, 149.0 * 0.529, 156.0 * 0.698].map(|byte| byte * 1.46 / 255.0);
     assert!(near(blue.sky[1], up), "{:?}", blue.sky);
     assert_eq!(header.left_out, [""; 0]);
-    let (header, _) = header_of(r#"{"EnvironmentPreset":"96cf6f36-47b6-44f4-bdbf-63be2ddac909"}"#);
+    let (header, _) = header_of(r#"{"EnvironmentPreset":"96cf6f36-47b6-44f4-bdbf-63be2ddac909"}"#, false);
     assert_eq!(header.left_out, [""; 0]);
     let space = header.environment.expect("an environment");
     assert_eq!(space.lights[1], (Vec3::ZERO, Vec3::ZERO), "its second light is off");
-    let (header, _) = header_of(r#"{"EnvironmentPreset":"ab080511-e565-4a6d-8587-53bf495af68b"}"#);
+    let (header, _) = header_of(r#"{"EnvironmentPreset":"ab080511-e565-4a6d-8587-53bf495af68b"}"#, false);
     assert_eq!(header.left_out, ["the snow and the snowman of the environment Snowman"]);
 }
 
@@ -92,19 +84,19 @@ fn light_that_cannot_be_is_left_out_with_a_warning() {
         (r#""Lights":{"Shadow":{"Orientation":[0,0,0,1],"Color":[1e30,1,1,1]}}"#, "colours"),
         (r#""Lights":3"#, "`Lights`"),
     ] {
-        let (header, warnings) = header_of(&format!("{{{preset},{damaged}}}"));
+        let (header, warnings) = header_of(&format!("{{{preset},{damaged}}}"), false);
         assert_eq!(header.environment.as_deref(), Some(&white), "{damaged}");
         let [warning] = &warnings[..] else { panic!("{damaged}: {warnings:?}") };
         assert!(warning.contains("metadata.json") && warning.contains(expected), "{warning}");
         assert!(warning.contains("expected") && warning.contains("read without it"), "{warning}");
     }
     for preset in ["\"no-such-guid\"", "7", "{}"] {
-        let (header, warnings) = header_of(&format!(r#"{{"EnvironmentPreset":{preset}}}"#));
+        let (header, warnings) = header_of(&format!(r#"{{"EnvironmentPreset":{preset}}}"#), false);
         assert_eq!(header.environment, None, "{preset}");
         assert_eq!(warnings.len(), 1, "{preset}: {warnings:?}");
     }
     // The changes to an unknown one are kept.
-    let (header, warnings) = header_of(&METADATA.replace("ab080599", "12345678"));
+    let (header, warnings) = header_of(&METADATA.replace("ab080599", "12345678"), false);
     let light = header.environment.expect("what the artist changed");
     assert_eq!((light.preset.as_str(), light.floor, light.reflection), ("", None, 0.7));
     assert_eq!(warnings.len(), 1, "{warnings:?}");
@@ -113,7 +105,7 @@ fn light_that_cannot_be_is_left_out_with_a_warning() {
 #[test]
 fn a_sketch_that_says_nothing_of_light_has_none() {
     let (header, warnings) =
-        header_of(r#"{"Environment":null,"Lights":null,"Layers":null,"ModelIndex":null}"#);
+        header_of(r#"{"Environment":null,"Lights":null,"Layers":null,"ModelIndex":null}"#, false);
     assert_eq!((header.environment, warnings.len(), header.left_out.len()), (None, 0, 0));
     assert_eq!(header.layers, []);
 }
@@ -140,13 +132,12 @@ fn strokes_of_a_hidden_layer_are_hidden() {
 
 #[test]
 fn what_the_file_only_names_is_said() {
-    let (header, _) = header_of(METADATA);
+    let (header, _) = header_of(METADATA, false);
     assert_eq!(header.left_out, ["2 models (a.glb, b)", "1 picture (c.png)", "1 placed light"]);
     let video = format!(r#"{{"FilePath":"{}.mp4"}},"#, "v".repeat(500)).repeat(1000);
-    let (header, warnings) = header_of(&format!(
-        r#"{{"Videos":[{}],"ModelIndex":"none","Environment":{{"Skybox":"sky.jpg"}}}}"#,
-        video.trim_end_matches(',')
-    ));
+    let named = r#""ModelIndex":"none","Environment":{"Skybox":"sky.jpg"}"#;
+    let videos = format!(r#"{{"Videos":[{}],{named}}}"#, video.trim_end_matches(','));
+    let (header, warnings) = header_of(&videos, false);
     assert_eq!(header.left_out[0], "the sky picture sky.jpg");
     assert!(header.left_out[1].starts_with("1000 videos (vvv") && header.left_out[1].ends_with(", …)"));
     assert!(header.left_out.iter().all(|line| line.len() < 400), "{:?}", header.left_out);
@@ -156,14 +147,13 @@ fn what_the_file_only_names_is_said() {
 
 #[test]
 fn the_camera_of_old_sketches_is_read() {
-    let (header, _) = header_of(
-        r#"{"ThumbnailCameraTransform":{"position":[-8,10,30],"orientation":[0.70710678,0,0,0.70710678]}}"#,
-    );
+    let camera = r#"{"position":[-8,10,30],"orientation":[0.70710678,0,0,0.70710678]}"#;
+    let (header, _) = header_of(&format!(r#"{{"ThumbnailCameraTransform":{camera}}}"#), false);
     let camera = header.camera.expect("a camera");
     assert!(camera.p.abs_diff_eq(Vec3::new(-0.8, 1.0, -3.0), 1e-6), "{}", camera.p);
     // It looks down.
     assert!(near(rotate(camera.q, Vec3::NEG_Z), [0.0, -1.0, 0.0]), "{}", camera.q);
-    let (header, warnings) = header_of(r#"{"ThumbnailCameraTransform":{"position":[1,2]}}"#);
+    let (header, warnings) = header_of(r#"{"ThumbnailCameraTransform":{"position":[1,2]}}"#, false);
     assert!(header.camera.is_none() && warnings.len() == 1, "{warnings:?}");
 }
 

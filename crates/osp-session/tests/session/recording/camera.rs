@@ -20,20 +20,15 @@ fn a_camera_is_read_as_it_was_written() {
 
 #[test]
 fn what_is_no_camera_is_refused_with_what_was_expected() {
-    for (text, expected) in [
-        ("", "expected a camera"),
-        ("whole", "expected a camera"),
-        ("(p: (0, 0, 0), q: (0, 0, 0, 1))", "fov_degrees"),
-        ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 180)", "between 0 and 180"),
-        ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: NaN)", "between 0 and 180"),
-        (
-            "(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0)",
-            "a near distance above 0, at most 1e15 m",
-        ),
-        ("(p: (0, inf, 0), q: (0, 0, 0, 1), fov_degrees: 60)", "expected"),
-        ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60) and more", "expected a camera"),
-    ] {
-        let refused = text.parse::<Camera>().expect_err(text);
-        assert!(refused.contains(expected), "{text}: {refused}");
-    }
+    let texts = [
+        "",
+        "whole",
+        "(p: (0, 0, 0), q: (0, 0, 0, 1))",
+        "(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 180)",
+        "(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: NaN)",
+        "(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0)",
+        "(p: (0, inf, 0), q: (0, 0, 0, 1), fov_degrees: 60)",
+        "(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60) and more",
+    ];
+    insta::assert_snapshot!(texts.map(|text| text.parse::<Camera>().expect_err(text)).join("\n"));
 }

@@ -1,21 +1,16 @@
 //! Strokes that are moved while they are erased or undone reappear at their new position.
 
-use std::{collections::BTreeMap, slice::from_ref};
+use std::collections::BTreeMap;
 
-use super::{play, straight};
-use glam::{Quat, Vec3};
+use super::play;
 use osp::{
     index::{IndexConfig, SpatialIndex},
     occlusion::{OccluderPool, PoolConfig},
     polygon::{Change, ConvexPolygon, PolygonId},
 };
 use osp_rivals::IndexKind;
-use osp_session::{
-    recording::{Event, GroupId, NormalRule, StrokeId, Transform},
-    scene::Scene,
-};
+use osp_session::{recording::Event, scene::Scene};
 use osp_testkit::Editor;
-use osp_testkit::events::SOLE;
 
 /// Polygons that are copied when they are inserted and when an update reports them, as in GPU memory.
 #[derive(Default)]
@@ -38,41 +33,6 @@ impl Held {
         for id in scene.visible_ids() {
             assert_eq!(self.0[id.index()], scene.polygon(id), "{id:?} is held where it was, {when}");
         }
-    }
-}
-
-#[test]
-fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
-    let erase = SOLE.erase(StrokeId(1));
-    let moved = SOLE.moved([StrokeId(1)], Vec3::X);
-    let group = SOLE.grouped(GroupId(1), [StrokeId(1)], None);
-    let to = Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 2.0 };
-    let place = SOLE.placed(GroupId(1), to);
-    let redo = SOLE.redo();
-    // Frames of events; the last one makes the stroke visible at a position where it was never seen.
-    let sessions: [&[&[Event]]; 4] = [
-        // The stroke is moved before it is erased, in the same frame; the undo reverts only the erasure.
-        &[&[moved.clone(), erase.clone()], &[SOLE.undo()]],
-        &[
-            from_ref(&moved),
-            from_ref(&erase),
-            &[SOLE.undo(), SOLE.undo(), SOLE.undo()],
-            &[redo.clone(), redo.clone()],
-        ],
-        &[from_ref(&group), &[place, erase.clone()], &[SOLE.undo()]],
-        &[from_ref(&moved), &[moved.clone(), erase.clone()], &[SOLE.undo(), SOLE.undo(), SOLE.undo()]],
-    ];
-    for (number, frames) in sessions.iter().enumerate() {
-        let (mut scene, mut held) = (Scene::new(), Held::default());
-        let changes = play(&mut scene, &straight(1, 3, NormalRule::LocalX));
-        held.follow(&scene, &changes);
-        for (frame, events) in frames.iter().enumerate() {
-            let mut changes = Vec::new();
-            scene.apply_all(*events, &mut changes);
-            held.follow(&scene, &changes);
-            held.check(&scene, &format!("session {number}, frame {frame}"));
-        }
-        assert_eq!(scene.counts().visible, 2, "session {number}: it is back");
     }
 }
 
