@@ -7,6 +7,7 @@ use osp_testkit::{
     events::Begin,
 };
 
+use crate::engine::{Thing, World};
 use glam::Vec3;
 use osp::{
     Camera, Culler, Occluder,
@@ -14,7 +15,7 @@ use osp::{
     index::{IndexConfig, kernels::ROOM_BEHIND},
     math::{Aabb, Frustum},
     occlusion::Occlusion,
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+    polygon::{Change, Geometry, PolygonId},
     view::{Projection, View},
 };
 use osp_rivals::IndexKind;
@@ -159,31 +160,6 @@ fn a_query_that_finds_no_more_than_there_is_room_for_does_not_allocate() {
     }
 }
 
-/// Polygons that are known by their boxes; where there is none, the box is empty.
-struct Crowd(Vec<Aabb>);
-
-impl Geometry for Crowd {
-    fn id_end(&self) -> usize {
-        self.0.len()
-    }
-
-    fn is_present(&self, id: PolygonId) -> bool {
-        !self.bounds(id).is_empty()
-    }
-
-    fn bounds(&self, id: PolygonId) -> Aabb {
-        self.0.get(id.index()).copied().unwrap_or(Aabb::EMPTY)
-    }
-
-    fn polygon(&self, _id: PolygonId) -> Option<ConvexPolygon> {
-        None
-    }
-
-    fn may_occlude(&self, _id: PolygonId) -> bool {
-        false
-    }
-}
-
 /// How the polygons of a crowd move in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Moves {
@@ -205,7 +181,7 @@ fn crowd_that_comes_and_goes(moves: Moves, has_new_numbers: bool, is_drawn: bool
     let index = IndexKind::Osp.create(&IndexConfig { root: root(), capacity: POLYGONS });
     let mut pipeline = Pipeline::new(index, POLYGONS);
     let mut rng = Rng(93);
-    let mut crowd = Crowd(boxes);
+    let mut crowd = World(boxes.into_iter().map(|bounds| Some(Thing::Mesh(bounds))).collect());
     crowd.0.reserve(50 * FRAMES);
     let projection = Projection::symmetric(60.0, 1.5, 0.05, 50.0);
     let view = View::look_at(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, projection);
@@ -220,30 +196,30 @@ fn crowd_that_comes_and_goes(moves: Moves, has_new_numbers: bool, is_drawn: bool
         for i in 0..500 {
             let at = if moves == Moves::Together { first + i } else { rng.below(there.len()) };
             let id = there[at];
-            let Aabb { min, max } = crowd.0[id as usize];
+            let Aabb { min, max } = crowd.bounds(PolygonId(id));
             let by = match moves {
                 Moves::Together => Vec3::X * 0.01,
                 Moves::Alone => rng.direction() * 0.01,
                 Moves::Far => rng.point(&root()) - min,
             };
-            crowd.0[id as usize] = Aabb::new(min + by, max + by);
+            crowd.0[id as usize] = Some(Thing::Mesh(Aabb::new(min + by, max + by)));
             changes.push(Change::Update(PolygonId(id)));
         }
         for _ in 0..50 {
             let id = there.swap_remove(rng.below(there.len()));
-            crowd.0[id as usize] = Aabb::EMPTY;
+            crowd.0[id as usize] = None;
             gone.push(id);
             changes.push(Change::Remove(PolygonId(id)));
         }
         for _ in 0..50 {
-            let bounds = Aabb::cube(rng.point(&root()), 0.02);
+            let mesh = Some(Thing::Mesh(Aabb::cube(rng.point(&root()), 0.02)));
             let id = if has_new_numbers {
-                crowd.0.push(bounds);
+                crowd.0.push(mesh.clone());
                 crowd.0.len() as u32 - 1
             } else {
                 gone.swap_remove(rng.below(gone.len()))
             };
-            crowd.0[id as usize] = bounds;
+            crowd.0[id as usize] = mesh;
             there.push(id);
             changes.push(Change::Insert(PolygonId(id)));
         }

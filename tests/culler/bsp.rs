@@ -17,7 +17,7 @@ use osp_session::{
 };
 use osp_testkit::boxes::{Place, Rng, root, views};
 
-use crate::occlusion::connected::Polygons;
+use crate::engine::{Thing, World};
 
 fn built(polygons: &[ConvexPolygon]) -> Bsp {
     let config = IndexConfig { root: root(), capacity: polygons.len() };
@@ -276,7 +276,7 @@ fn hostile_polygons_stay_within_bounds() {
 #[test]
 fn in_a_pipeline_the_tree_reads_the_polygons() {
     let mut polygons = piercing(60, 0.6, 11);
-    let mut world = Polygons(polygons.iter().copied().map(Some).collect());
+    let mut world = World::of(polygons.iter().copied());
     let config = IndexConfig { root: root(), capacity: world.0.len() };
     let index = Box::new(Bsp::new(BspConfig::default(), &config));
     let mut pipeline = Pipeline::new(index, world.0.len());
@@ -302,7 +302,7 @@ fn in_a_pipeline_the_tree_reads_the_polygons() {
             for &change in changes {
                 let Change::Update(id) = change else { continue };
                 let moved = polygons[id.index()].map(|p| p + Vec3::new(0.1, 0.2, 0.3));
-                (polygons[id.index()], world.0[id.index()]) = (moved, Some(moved));
+                (polygons[id.index()], world.0[id.index()]) = (moved, Some(Thing::Wall(moved)));
                 told.update(id, &moved.bounds()).expect("it is inserted");
                 told.shape(id, &moved);
             }

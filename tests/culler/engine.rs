@@ -17,15 +17,22 @@ use osp::{
 };
 use osp_lab::Method;
 
-/// By number: corners of a wall, or a box of something else; glass is not opaque.
+/// By number: a wall, or a box of something else; glass is not opaque.
 #[derive(Clone)]
-enum Thing {
-    Wall([Vec3; 4]),
-    Glass([Vec3; 4]),
+pub(crate) enum Thing {
+    Wall(ConvexPolygon),
+    Glass(ConvexPolygon),
     Mesh(Aabb),
 }
 
-struct World(Vec<Option<Thing>>);
+pub(crate) struct World(pub(crate) Vec<Option<Thing>>);
+
+impl World {
+    /// Polygons that all may occlude.
+    pub(crate) fn of(polygons: impl IntoIterator<Item = ConvexPolygon>) -> Self {
+        Self(polygons.into_iter().map(|polygon| Some(Thing::Wall(polygon))).collect())
+    }
+}
 
 impl Geometry for World {
     fn id_end(&self) -> usize {
@@ -38,7 +45,7 @@ impl Geometry for World {
 
     fn bounds(&self, id: PolygonId) -> Aabb {
         match &self.0[id.index()] {
-            Some(Thing::Wall(corners) | Thing::Glass(corners)) => Aabb::from_points(corners),
+            Some(Thing::Wall(polygon) | Thing::Glass(polygon)) => polygon.bounds(),
             Some(Thing::Mesh(bounds)) => *bounds,
             None => Aabb::EMPTY,
         }
@@ -46,7 +53,7 @@ impl Geometry for World {
 
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
         match &self.0[id.index()] {
-            Some(Thing::Wall(corners) | Thing::Glass(corners)) => Some(ConvexPolygon::quad(*corners)),
+            Some(Thing::Wall(polygon) | Thing::Glass(polygon)) => Some(*polygon),
             _ => None,
         }
     }
@@ -57,7 +64,7 @@ impl Geometry for World {
 }
 
 /// An upright square at this depth, facing the eye at the origin.
-fn square(depth_m: f32, half_m: f32) -> [Vec3; 4] {
+pub(crate) fn square(depth_m: f32, half_m: f32) -> [Vec3; 4] {
     [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
         .map(|[x, y]| Vec3::new(x * half_m, y * half_m, -depth_m))
 }
@@ -95,7 +102,7 @@ fn what_the_engine_calls_a_wall_hides_and_nothing_else_does() {
     things.push(None);
     let mut world = World(things);
     world.0.push(Some(Thing::Mesh(Aabb::cube(Vec3::new(0.0, 0.0, -3.0), 1.5))));
-    world.0.push(Some(Thing::Glass(square(4.0, 2.0))));
+    world.0.push(Some(Thing::Glass(ConvexPolygon::quad(square(4.0, 2.0)))));
     for mut pipeline in pipelines(&world) {
         let all = world.0.iter().flatten().count();
         let name = pipeline.occlusion().map(|pass| pass.config().choice.name());
@@ -103,7 +110,7 @@ fn what_the_engine_calls_a_wall_hides_and_nothing_else_does() {
             pipeline.frame(&world, &[], &ahead());
             assert_eq!(pipeline.draw_list().len(), all, "{name:?}: glass and meshes hide nothing");
         }
-        world.0[wall] = Some(Thing::Wall(square(2.0, 1.9)));
+        world.0[wall] = Some(Thing::Wall(ConvexPolygon::quad(square(2.0, 1.9))));
         let mut drawn = 0;
         for frame in 0..4 {
             let came = [Change::Insert(PolygonId(wall as u32))];
@@ -128,7 +135,7 @@ fn settings_that_name_nothing_but_the_method_hide_the_meshes_behind_a_wall() {
             Some(Thing::Mesh(Aabb::cube(center, 0.02)))
         };
         let mut world = World((0..meshes).map(mesh).collect());
-        world.0.push(Some(Thing::Wall(square(2.0, 1.9))));
+        world.0.push(Some(Thing::Wall(ConvexPolygon::quad(square(2.0, 1.9)))));
         let index = Osp::new(&IndexConfig::default());
         let pipeline = Pipeline::new(Box::new(index), 64);
         let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
@@ -148,7 +155,7 @@ fn walls_that_were_smaller_than_a_pixel_hide_when_the_eye_has_come_near() {
         let by = Vec3::new((i % 80) as f32 * 0.02 - 0.8, (i / 80) as f32 * 0.02 - 1.2, -0.5);
         // The last ones are larger, so that they are among those that are filled.
         let half_m = if i < 9_584 { 0.008 } else { 0.014 };
-        Some(Thing::Wall(square(0.0, half_m).map(|corner| corner + by)))
+        Some(Thing::Wall(ConvexPolygon::quad(square(0.0, half_m).map(|corner| corner + by))))
     };
     let mut world = World((0..9_600).map(small).collect());
     let last = Aabb::from_points(&square(0.51, 0.001).map(|corner| corner + Vec3::new(0.78, 1.18, 0.0)));

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use crate::engine::{Thing, World, square};
 use glam::Vec3;
 use osp::{
     frame::{PassConfig, Pipeline},
     index::{BruteForce, IndexError, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum, Ray, Sphere},
     occlusion::Occlusion,
-    polygon::{ConvexPolygon, Geometry, PolygonId},
+    polygon::{ConvexPolygon, PolygonId},
     view::{Projection, View},
 };
 use osp_testkit::boxes::{Rng, drawn};
@@ -93,38 +94,11 @@ fn its_queries_find_what_the_reference_finds() {
     assert!(hits > 0 && touched > 0, "{hits} rays hit, {touched} boxes in spheres");
 }
 
-/// A flat wall, number 0, and meshes, which have boxes and no corners.
-pub(crate) struct WallAndMeshes(pub(crate) Vec<Aabb>);
-
-impl Geometry for WallAndMeshes {
-    fn id_end(&self) -> usize {
-        self.0.len()
-    }
-
-    fn is_present(&self, id: PolygonId) -> bool {
-        id.index() < self.0.len()
-    }
-
-    fn bounds(&self, id: PolygonId) -> Aabb {
-        self.0[id.index()]
-    }
-
-    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        let [min, max] = [self.0[0].min, self.0[0].max];
-        let corners = [[min.x, min.y], [max.x, min.y], [max.x, max.y], [min.x, max.y]];
-        (id.0 == 0).then(|| ConvexPolygon::quad(corners.map(|[x, y]| Vec3::new(x, y, min.z))))
-    }
-
-    fn may_occlude(&self, _id: PolygonId) -> bool {
-        true
-    }
-}
-
 #[test]
 fn a_wall_hides_what_is_behind_it() {
-    let wall = Aabb::new(Vec3::new(-3.0, -3.0, -5.0), Vec3::new(3.0, 3.0, -5.0));
-    let meshes = [-3.0, -8.0].map(|z| Aabb::cube(Vec3::Z * z, 0.5));
-    let room = WallAndMeshes(std::iter::once(wall).chain(meshes).collect());
+    let meshes = [-3.0, -8.0].map(|z| Some(Thing::Mesh(Aabb::cube(Vec3::Z * z, 0.5))));
+    let mut room = World::of([ConvexPolygon::quad(square(5.0, 3.0))]);
+    room.0.extend(meshes);
     let view = View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 1.0, 0.1, 100.0));
     for choice in [Occlusion::Msvbsp, Occlusion::Depth] {
         let pipeline = Pipeline::new(Box::<Plain>::default(), 16);

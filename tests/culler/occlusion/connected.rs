@@ -4,6 +4,7 @@ use super::{
     judge::{is_blocked, is_in_window, points_of_ball, points_of_box},
     random::{FAMILIES, Polygon, Random, Scene, ball, straight, volume},
 };
+use crate::engine::{Thing, World};
 use glam::{DVec3, Vec3};
 use osp::{
     math::Aabb,
@@ -14,15 +15,7 @@ use osp::{
 
 const SCENES: u64 = if cfg!(debug_assertions) { 60 } else { 600 };
 
-/// Polygons that all may occlude.
-#[derive(Default)]
-pub(crate) struct Polygons(pub(crate) Vec<Option<ConvexPolygon>>);
-
-impl Polygons {
-    pub(crate) fn new(polygons: &[Polygon]) -> Self {
-        Self(polygons.iter().map(|polygon| Some(convex(polygon))).collect())
-    }
-
+impl World {
     fn all(&self) -> VisibleBlocks {
         (0..self.0.len() as u32).map(PolygonId).filter(|&id| self.is_present(id)).collect()
     }
@@ -40,28 +33,6 @@ pub(crate) fn convex(polygon: &[Vec3]) -> ConvexPolygon {
         [a, b, c] => ConvexPolygon::triangle(a, b, c),
         [a, b, c, d] => ConvexPolygon::quad([a, b, c, d]),
         _ => panic!("three or four corners"),
-    }
-}
-
-impl Geometry for Polygons {
-    fn id_end(&self) -> usize {
-        self.0.len()
-    }
-
-    fn is_present(&self, id: PolygonId) -> bool {
-        self.0.get(id.index()).is_some_and(Option::is_some)
-    }
-
-    fn bounds(&self, id: PolygonId) -> Aabb {
-        self.polygon(id).map_or(Aabb::EMPTY, |polygon| polygon.bounds())
-    }
-
-    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        self.0.get(id.index()).copied().flatten()
-    }
-
-    fn may_occlude(&self, id: PolygonId) -> bool {
-        self.is_present(id)
     }
 }
 
@@ -116,7 +87,7 @@ fn stress(pixels: [u32; 2], seed: u64) -> u64 {
             if scene.polygons.is_empty() {
                 continue;
             }
-            let last = Polygons::new(&scene.polygons).picture(&scene.window, pixels);
+            let last = World::of(scene.polygons.iter().map(|p| convex(p))).picture(&scene.window, pixels);
             for _ in 0..60 {
                 let bounds = volume(&scene.window, &scene.polygons, &mut random);
                 let sphere = ball(&bounds);
@@ -180,7 +151,7 @@ fn a_border_next_to_a_pixels_border_leaves_the_pixel_open() {
                 Vec3::new(x * z, y * z, z)
             };
             let wall = [at(-2.0, -2.0, 1.0), at(edge, -2.0, 1.0), at(edge, 2.0, 1.0), at(-2.0, 2.0, 1.0)];
-            let last = Polygons::new(&[wall.to_vec()]).picture(&window, [64, 64]);
+            let last = World::of([convex(&wall)]).picture(&window, [64, 64]);
             let border = (f64::from(pixel) / 32.0 - 1.0) as f32;
             // Between the wall's end and the pixels' border.
             let x = edge + (border - edge) * 0.5;
@@ -210,7 +181,7 @@ fn what_lies_just_before_a_wall_is_seen() {
             DVec3::new(x * z, y * z, z).as_vec3()
         };
         let [a, b, c] = [corner(-3.0, -2.0), corner(3.0, -2.0), corner(0.0, 3.0)];
-        let last = Polygons::new(&[vec![a, b, c]]).picture(&window, [64, 64]);
+        let last = World::of([convex(&[a, b, c])]).picture(&window, [64, 64]);
         for _ in 0..20 {
             let (s, t) = (random.range(0.2, 0.5), random.range(0.2, 0.45));
             let on = a.as_dvec3() + (b - a).as_dvec3() * s + (c - a).as_dvec3() * t;
@@ -250,7 +221,7 @@ fn only_a_shared_edge_that_is_no_silhouette_is_closed() {
                     both[1].reverse();
                 }
                 let polygons = [both[a].to_vec(), both[b].to_vec()];
-                let last = Polygons::new(&polygons).picture(&window, [64, 64]);
+                let last = World::of(polygons.iter().map(|p| convex(p))).picture(&window, [64, 64]);
                 assert_eq!(hides(&last, &behind), is_closed, "{polygons:?}");
             }
         }
@@ -262,7 +233,7 @@ fn only_a_shared_edge_that_is_no_silhouette_is_closed() {
 fn surfaces_follow_every_change() {
     let window = straight(1.0, 0.01);
     let mut random = Random::new(77);
-    let mut polygons = Polygons(vec![None; 60]);
+    let mut polygons = World(vec![None; 60]);
     let mut last = PreviousFrameOccluders::new([64, 64], 8);
     let mut hidden = 0;
     for frame in 0..if cfg!(debug_assertions) { 150 } else { 1500 } {
@@ -281,14 +252,15 @@ fn surfaces_follow_every_change() {
                 (false, _) => Change::Insert(id),
             };
             let is_gone = matches!(change, Change::Remove(_));
-            polygons.0[id.index()] = (!is_gone).then(|| ConvexPolygon::triangle(a, b, c));
+            polygons.0[id.index()] = (!is_gone).then(|| Thing::Wall(ConvexPolygon::triangle(a, b, c)));
             changes.push(change);
         }
         last.follow(&changes);
         last.forget(0);
         last.build(0, &polygons, &window, &polygons.all());
         let fresh = polygons.picture(&window, [64, 64]);
-        let present: Vec<Polygon> = polygons.0.iter().flatten().map(|p| p.vertices().to_vec()).collect();
+        let present: Vec<Polygon> =
+            (0..60).filter_map(|i| polygons.polygon(PolygonId(i))).map(|p| p.vertices().to_vec()).collect();
         for _ in 0..40 {
             let [x, y] = [(); 2].map(|()| random.range(-3.0, 3.0) as f32);
             let bounds = Aabb::cube(Vec3::new(x, y, 4.0), random.range(0.01, 1.0) as f32);
@@ -312,7 +284,7 @@ fn surfaces_go_on_across_the_near_plane() {
         .iter()
         .map(|[x0, x1]| vec![at(*x0, -2.0), at(*x1, -2.0), at(*x1, 30.0), at(*x0, 30.0)])
         .collect();
-    let last = Polygons::new(&quads).picture(&window, [64, 64]);
+    let last = World::of(quads.iter().map(|p| convex(p))).picture(&window, [64, 64]);
     assert!(hides(&last, &Aabb::cube(Vec3::new(0.0, -2.0, 4.0), 0.3)));
     assert!(!hides(&last, &Aabb::cube(Vec3::new(0.0, 0.2, 4.0), 0.3)), "above it");
     assert!(!hides(&last, &Aabb::cube(Vec3::new(0.0, -0.44, 0.52), 0.01)), "where nothing is drawn");
@@ -327,7 +299,7 @@ fn a_bent_quad_ends_at_the_near_plane_where_its_triangles_do() {
     let [beside, behind] = [at(0.0, -0.42, 1.0) * 5.0, at(0.0, -0.2, 1.0) * 5.0];
     let polygons = [quad];
     assert!(!is_blocked(&window, &polygons, beside.as_dvec3()), "nothing is drawn before it");
-    let last = Polygons::new(&polygons).picture(&window, [64, 64]);
+    let last = World::of(polygons.iter().map(|p| convex(p))).picture(&window, [64, 64]);
     assert!(!hides(&last, &Aabb::new(beside, beside)), "between the diagonal and the line");
     assert!(hides(&last, &Aabb::new(behind, behind)), "behind both triangles, on the diagonal");
 }

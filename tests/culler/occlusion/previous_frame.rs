@@ -1,13 +1,13 @@
 //! Occluders of the frame before.
 
-use crate::own_index::WallAndMeshes;
+use crate::engine::{self, Thing, World};
 use glam::Vec3;
 use osp::{
     frame::{OcclusionPass, PassConfig, Pipeline, PreviousFramePass},
     index::IndexConfig,
     math::Aabb,
     occlusion::Occlusion,
-    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
 use osp_rivals::IndexKind;
@@ -59,13 +59,13 @@ fn at_origin() -> View {
 
 #[test]
 fn meshes_are_culled_by_their_boxes_one_by_one() {
-    let wall = Aabb { min: Vec3::new(-1.0, -1.0, -2.0), max: Vec3::new(1.0, 1.0, -2.0) };
     // Those with even numbers stand beside the wall, so no box around several meshes is hidden.
     let mesh = |i: u32| {
         let x = if i.is_multiple_of(2) { 2.2 } else { -0.5 };
-        Aabb::cube(Vec3::new(x, i as f32 * 0.1 - 0.6, -3.0), 0.05)
+        Some(Thing::Mesh(Aabb::cube(Vec3::new(x, i as f32 * 0.1 - 0.6, -3.0), 0.05)))
     };
-    let world = WallAndMeshes([wall].into_iter().chain((1..13).map(mesh)).collect());
+    let mut world = World::of([ConvexPolygon::quad(engine::square(2.0, 1.0))]);
+    world.0.extend((1..13).map(mesh));
     let changes: Vec<Change> = (0..13).map(|i| Change::Insert(PolygonId(i))).collect();
     let drawn = at_rest(&world, &changes, &[at_origin()]);
     let expected: Vec<PolygonId> = (0..13).step_by(2).map(PolygonId).collect();

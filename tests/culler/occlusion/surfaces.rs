@@ -1,10 +1,11 @@
 //! Connected meshes of many kinds, next to every limit of a picture of surfaces: what it calls hidden is blocked, in `f64`.
 
 use super::{
-    connected::{Polygons, convex, hides},
+    connected::{convex, hides},
     judge::{is_blocked, is_in_window, points_of_ball},
     random::{Polygon, Random, ball, window},
 };
+use crate::engine::World;
 use glam::{DVec3, Vec3};
 use osp::{
     index::Backend,
@@ -278,7 +279,7 @@ fn attack(scenes: std::ops::Range<u64>, seed: u64, answers: &mut Answers) {
             if polygons.is_empty() {
                 continue;
             }
-            let last = Polygons::new(&polygons).picture(&eye.window, eye.pixels);
+            let last = World::of(polygons.iter().map(|p| convex(p))).picture(&eye.window, eye.pixels);
             for _ in 0..120 {
                 let points = hidden_points(&eye, &last, &polygons, &mut random, &mut answers.hasher);
                 let seen = points.iter().find(|x| !is_blocked(&eye.window, &polygons, **x));

@@ -71,8 +71,7 @@ fn on_screen(view: &View, p: Vec3) -> (f32, f32) {
 }
 
 fn steps_back(table: &mut Table) {
-    table.studio.command(Command::Undo);
-    table.frame();
+    table.act([Command::Undo]);
 }
 
 #[test]
@@ -80,9 +79,7 @@ fn a_colour_is_given_in_one_step_and_undo_keeps_the_selection() {
     let (mut table, ids) = ribbons(&[0.5, 0.0, -0.5]);
     select(&mut table, &[0.5, 0.0]);
     let before = looks(table.studio.scene());
-    table.studio.command(Command::Color(RED));
-    table.studio.command(Command::Alter(Altering::Color));
-    table.frame();
+    table.act([Command::Color(RED), Command::Alter(Altering::Color)]);
     let after = looks(table.studio.scene());
     assert_eq!(after.iter().filter(|look| look.0 == (1.0, 0.0, 0.0, 1.0)).count(), 2);
     // Only the colour has changed, to the bit. The third stroke is unchanged.
@@ -365,24 +362,17 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
 fn what_others_have_drawn_is_altered_and_can_be_read_again() {
     let mut table = Table::new();
     let class = Path::new(osp_testkit::ROOT).join("recordings/class.ron");
-    table.studio.command(Command::Open(class));
-    table.frame();
+    table.act([Command::Open(class)]);
     assert_eq!(table.studio.scene().authors().count(), 3);
     let before = looks(table.studio.scene()).len();
     assert!(before > 10);
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::Color(RED));
-    table.studio.command(Command::Alter(Altering::Color));
-    table.frame();
+    table.act([Command::SelectAll, Command::Color(RED), Command::Alter(Altering::Color)]);
     let shown = looks(table.studio.scene());
     assert!(shown.len() == before && shown.iter().all(|(color, ..)| *color == (1.0, 0.0, 0.0, 1.0)));
-    table.studio.command(Command::Duplicate);
-    table.studio.command(Command::GroupSelected);
-    table.frame();
+    table.act([Command::Duplicate, Command::GroupSelected]);
     let shown = looks(table.studio.scene());
     assert_eq!(shown.len(), 2 * before);
     let saved = table.folder.path().join("altered.ron");
-    table.studio.command(Command::SaveAs(saved.clone()));
-    table.frame();
+    table.act([Command::SaveAs(saved.clone())]);
     assert_eq!(looks(&replayed(&events_in(&saved))).len(), 2 * before);
 }

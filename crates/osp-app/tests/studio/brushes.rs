@@ -51,16 +51,13 @@ fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
     let drawn: Vec<_> = table.studio.scene().strokes().iter().map(|stroke| stroke.brush()).collect();
     assert_eq!(drawn, brushes.map(brush::find));
     let before = table.visible();
-    table.studio.command(Command::Undo);
-    table.frame();
+    table.act([Command::Undo]);
     assert!(table.visible() < before);
-    table.studio.command(Command::Redo);
-    table.frame();
+    table.act([Command::Redo]);
     assert_eq!(table.visible(), before);
 
     let saved = table.folder.path().join("painted.ron");
-    table.studio.command(Command::SaveAs(saved.clone()));
-    table.frame();
+    table.act([Command::SaveAs(saved.clone())]);
     let events = events_in(&saved);
     for (i, name) in brushes.iter().enumerate() {
         let painted = polygons_of(&events, i as u32, true);
@@ -81,12 +78,10 @@ fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
     assert_eq!(paints, expected);
 
     // Opened again, it is the same model, and the brush is still chosen.
-    table.studio.command(Command::New);
-    table.frame();
+    table.act([Command::New]);
     assert_eq!(table.visible(), 0);
     assert_eq!(table.studio.brush().paint(), brush::find("Bubbles"));
-    table.studio.command(Command::Open(saved));
-    table.frame();
+    table.act([Command::Open(saved)]);
     assert_eq!(table.visible(), before);
     let again: Vec<_> = table.studio.scene().strokes().iter().map(|stroke| stroke.brush()).collect();
     assert_eq!(again, drawn);

@@ -32,8 +32,7 @@ fn escape_takes_back_the_stroke_under_the_hand() {
             table.frame();
         }
         assert!(table.studio.is_dragging() && table.studio.can(&Command::CancelGesture));
-        table.studio.command(Command::CancelGesture);
-        table.frame();
+        table.act([Command::CancelGesture]);
         assert_eq!(
             (table.visible(), table.studio.is_dragging()),
             (polygons, false),
@@ -60,10 +59,8 @@ fn a_cancelled_stroke_comes_back_by_a_redo() {
         table.frame();
     }
     let drawn = table.visible();
-    table.studio.command(Command::CancelGesture);
-    table.frame();
+    table.act([Command::CancelGesture]);
     assert!(drawn > 0 && table.visible() == 0);
-    table.studio.command(Command::Redo);
-    table.frame();
+    table.act([Command::Redo]);
     assert!(table.visible() >= drawn);
 }

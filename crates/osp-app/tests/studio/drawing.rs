@@ -67,6 +67,12 @@ impl Table {
         self.studio.frame(SIZE_PX, 0.016)
     }
 
+    /// Gives these commands, then ends the frame.
+    pub(crate) fn act(&mut self, commands: impl IntoIterator<Item = Command>) {
+        commands.into_iter().for_each(|command| self.studio.command(command));
+        self.frame();
+    }
+
     pub(crate) fn visible(&self) -> u64 {
         self.studio.scene().counts().visible
     }
@@ -186,8 +192,7 @@ fn what_one_way_of_the_eraser_takes_is_brought_back_by_one_undo() {
     assert_eq!(is_there(&table), 1);
     table.studio.command(Command::Undo);
     assert_eq!(is_there(&table), 2);
-    table.studio.command(Command::Undo);
-    table.frame();
+    table.act([Command::Undo]);
     assert_eq!((is_there(&table), table.visible()), (4, all));
     // A drag that hits nothing is no step.
     table.studio.command(Command::Tool(ToolChoice::Erase));

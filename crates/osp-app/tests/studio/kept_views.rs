@@ -43,11 +43,7 @@ fn a_kept_view_is_gone_to_also_when_the_session_is_opened_again() {
     assert_eq!(table.visible(), 0);
     table.studio.command(Command::Redo);
     let path = table.folder.path().join("mine.ron");
-    table.studio.command(Command::SaveAs(path.clone()));
-    table.studio.command(Command::New);
-    table.studio.command(Command::Open(path));
-    table.studio.command(Command::GoToView(1));
-    table.frame();
+    table.act([Command::SaveAs(path.clone()), Command::New, Command::Open(path), Command::GoToView(1)]);
     let (p, q) = eye(&table);
     assert!(p.distance(kept.0) < 1.0e-4 && q.dot(kept.1).abs() > 0.99999, "{p} {q}");
 }
@@ -76,8 +72,7 @@ fn session_with_camera(folder: &Path) -> (PathBuf, Camera) {
 fn a_session_opens_as_its_artist_saw_it_and_a_drag_keeps_the_model_in_the_picture() {
     let mut table = Table::new();
     let (path, camera) = session_with_camera(table.folder.path());
-    table.studio.command(Command::Open(path));
-    table.frame();
+    table.act([Command::Open(path)]);
     let (p, q) = eye(&table);
     assert!(p.distance(camera.p) < 1.0e-4 && q.dot(camera.q).abs() > 0.99999, "{p} {q}");
     // The pointer is over nothing, so the camera orbits around the middle of the model.
@@ -109,9 +104,7 @@ fn a_replay_may_begin_with_the_finished_model_and_plays_from_there_in_a_minute()
     assert!(secs > 0.0 && (replay.speed() - (secs / 60.0).max(1.0)).abs() < 1.0e-9, "{secs}");
     assert!(table.visible() > 100);
     assert!(eye(&table).0.distance(camera.p) < 1.0e-4);
-    table.studio.command(Command::Play(true));
-    table.studio.command(Command::Speed(secs * 2.0));
-    table.frame();
+    table.act([Command::Play(true), Command::Speed(secs * 2.0)]);
     // Half of a second with 60 frames a second: all of it, however many frames a second are drawn.
     for _ in 0..15 {
         table.studio.frame(SIZE_PX, 1.0 / 60.0);
@@ -121,8 +114,7 @@ fn a_replay_may_begin_with_the_finished_model_and_plays_from_there_in_a_minute()
     assert!(middle > frames / 3 && middle < frames * 2 / 3, "{middle} of {frames}");
     table.studio.frame(SIZE_PX, 0.3);
     assert_eq!(table.studio.session().replay().expect("a replay").position(), frames);
-    table.studio.command(Command::ShowFinished);
-    table.frame();
+    table.act([Command::ShowFinished]);
     let speed = table.studio.session().replay().expect("a replay").speed();
     assert!((speed - secs * 2.0).abs() < 1.0e-9, "the speed stays as chosen");
     assert!(eye(&table).0.distance(camera.p) < 1.0e-4);

@@ -53,14 +53,12 @@ fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
     table.studio.set_limits(FEW);
     table.studio.command(Command::Open(path.clone()));
     assert_eq!(table.visible(), 0);
-    table.studio.command(Command::Answer(Answer::Lenient));
-    table.frame();
+    table.act([Command::Answer(Answer::Lenient)]);
     assert_eq!(table.visible(), 12, "{:?}", table.studio.messages());
     assert_eq!(std::fs::read(&path).expect("there"), before, "the session itself is not touched");
 
     table.studio.set_limits(Limits::DEFAULT);
-    table.studio.command(Command::Open(path));
-    table.frame();
+    table.act([Command::Open(path)]);
     assert_eq!(table.visible(), 20, "{:?}", table.studio.messages());
 }
 
@@ -100,8 +98,6 @@ fn copies_that_no_reader_would_take_are_not_made() {
     let told = table.studio.messages().iter().filter(|said| said.contains("--max-polygons 800 or more"));
     assert_eq!(told.count(), 1, "{:?}", table.studio.messages());
     // Erasing is always possible.
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::EraseSelected);
-    table.frame();
+    table.act([Command::SelectAll, Command::EraseSelected]);
     assert_eq!(table.visible(), 0);
 }

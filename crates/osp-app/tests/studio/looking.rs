@@ -31,8 +31,7 @@ fn painting(folder: &Path, camera: &str) -> PathBuf {
 fn opened(camera: &str) -> Table {
     let mut table = Table::new();
     let path = painting(table.folder.path(), camera);
-    table.studio.command(Command::Open(path));
-    table.frame();
+    table.act([Command::Open(path)]);
     table
 }
 
@@ -45,8 +44,7 @@ fn what_was_painted_elsewhere_is_looked_at_until_somebody_draws() {
             "an empty session is to be drawn"
         );
         let path = painting(table.folder.path(), camera);
-        table.studio.command(Command::Open(path.clone()));
-        table.frame();
+        table.act([Command::Open(path.clone())]);
         assert!(table.studio.tool() == ToolChoice::Look && !table.studio.layers().grid, "{camera}");
         let (events, before) = (table.studio.session().event_count(), table.studio.views()[0].view);
         table.drag(Button::Primary, &across(0.0));
@@ -215,17 +213,14 @@ fn a_replay_shows_the_model_although_its_camera_looks_elsewhere() {
     for (behind, is_useful) in [(0, true), (9, false)] {
         let mut table = Table::new();
         let path = room(table.folder.path(), behind);
-        table.studio.command(Command::PlayFile(path));
-        table.frame();
+        table.act([Command::PlayFile(path)]);
         assert_eq!(table.studio.has_useful_camera(), is_useful);
         assert_eq!(table.studio.follows_replay_camera(), is_useful);
         // The finished model is seen as its artist saw it; played from there, all of it.
-        table.studio.command(Command::ShowFinished);
-        table.frame();
+        table.act([Command::ShowFinished]);
         let eye = table.studio.views()[0].view.eye_in_world;
         assert!(eye.distance(Vec3::new(0.0, 0.0, 1.0)) < 1.0e-3, "{eye}");
-        table.studio.command(Command::Play(true));
-        table.frame();
+        table.act([Command::Play(true)]);
         let eye = table.studio.views()[0].view.eye_in_world;
         assert_eq!(eye.distance(Vec3::new(0.0, 0.0, 1.0)) < 1.0e-3, is_useful, "{eye}");
     }
@@ -247,8 +242,7 @@ fn who_turns_the_camera_leaves_the_recorded_one() {
     for act in [&turn as &dyn Fn(&mut Table), &all, &wheel, &fingers, &look] {
         let mut table = Table::new();
         let path = room(table.folder.path(), 0);
-        table.studio.command(Command::PlayFile(path));
-        table.frame();
+        table.act([Command::PlayFile(path)]);
         assert!(table.studio.follows_replay_camera());
         act(&mut table);
         assert!(!table.studio.follows_replay_camera());

@@ -13,8 +13,7 @@ use crate::{
 };
 
 fn layer(table: &mut Table, edit: LayerEdit) {
-    table.studio.command(Command::Layer(edit));
-    table.frame();
+    table.act([Command::Layer(edit)]);
 }
 
 fn draw(table: &mut Table, y: f32) -> StrokeId {
@@ -195,13 +194,11 @@ fn a_group_with_strokes_of_a_locked_layer_stays_where_it_is() {
     let before = bounds(&table);
     layer(&mut table, LayerEdit::Lock(1, true));
     let up = Placing { by: Vec3::Y, ..Placing::STAY };
-    table.studio.command(Command::PlaceGroup(GroupId(group), up));
-    table.frame();
+    table.act([Command::PlaceGroup(GroupId(group), up)]);
     assert_eq!(bounds(&table), before);
     assert!(table.studio.messages().last().expect("a message").contains("locked layer"));
     layer(&mut table, LayerEdit::Lock(1, false));
-    table.studio.command(Command::PlaceGroup(GroupId(group), up));
-    table.frame();
+    table.act([Command::PlaceGroup(GroupId(group), up)]);
     assert_ne!(bounds(&table), before);
 }
 

@@ -50,8 +50,7 @@ fn the_distance_of_two_points_of_the_model_is_measured() {
 fn what_is_in_a_box_or_a_sphere_is_selected_with_every_index() {
     let (mut table, ids) = three_ribbons();
     for &kind in IndexKind::ALL {
-        table.studio.command(Command::Index(kind));
-        table.frame();
+        table.act([Command::Index(kind)]);
         for (span, way, expected) in [
             (Span::Box, [(-0.1, 0.5), (0.1, 0.0)], &ids[..2]),
             (Span::Box, [(-0.1, -0.5), (0.1, 0.0)], &ids[1..]),

@@ -70,8 +70,7 @@ fn an_erasure_looks_at_what_is_near_and_a_frame_takes_few_of_them() {
     let session = table.folder.path().join("field.ron");
     let triangles = (0..SIDE * SIDE).map(|number| (number, place(number % SIDE, number / SIDE)));
     write_triangles(&session, 0.004, triangles);
-    table.studio.command(Command::Open(session));
-    table.frame();
+    table.act([Command::Open(session)]);
     assert_eq!(table.visible(), u64::from(SIDE * SIDE));
     // One datagram holds a thousand erasures, and every second one of them hits nothing.
     let mut packet = String::new();
@@ -118,8 +117,7 @@ fn a_flood_of_edits_of_a_large_stroke_is_spread_over_frames() {
     let session = folder.path().join("large.ron");
     write_triangles(&session, 0.01, (0..POLYGONS).map(|number| (7, place(number % 300, number / 300))));
     let mut table = Table::new();
-    table.studio.command(Command::Open(session));
-    table.frame();
+    table.act([Command::Open(session)]);
     hear(&mut table.studio, &"undo\nredo\n".repeat(10), 20);
     let mut frames = 0;
     while table.studio.is_moving() || frames == 0 {
@@ -267,8 +265,7 @@ fn head_and_hand_are_recorded_in_the_same_space() {
     hear(&mut table.studio, &packet, 9);
     frames(&mut table);
     let saved = table.folder.path().join("walls.ron");
-    table.studio.command(Command::SaveAs(saved.clone()));
-    table.frame();
+    table.act([Command::SaveAs(saved.clone())]);
     let (mut heads, mut points) = (Vec::new(), Vec::new());
     for event in open(&saved, &OpenOptions::STRICT).expect("a session") {
         match event.expect("a whole line") {

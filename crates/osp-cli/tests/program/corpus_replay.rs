@@ -61,20 +61,3 @@ fn every_corpus_session_replays_and_all_indexes_agree_in_every_frame() {
         }
     }
 }
-
-/// With the whole model in view, and with little of it.
-#[test]
-fn osp_allocates_nothing_in_the_steady_frames_of_any_corpus_session() {
-    let Some(folder) = std::env::var_os("OSP_CORPUS") else {
-        eprintln!("skipped: OSP_CORPUS is not set");
-        return;
-    };
-    for session in sessions(Path::new(&folder)) {
-        for camera in ["orbit", "inside"] {
-            let args = ["replay", "--json", "--index", "osp", "--camera", camera, "--pace", "samples:16"];
-            let report = osp(&args, &session);
-            let run = &report["runs"][0];
-            assert_eq!(run["allocations_steady"], 0, "{}, {camera}: {run}", session.display());
-        }
-    }
-}
