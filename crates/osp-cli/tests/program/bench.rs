@@ -9,9 +9,9 @@ mod paper;
 mod race;
 mod rays;
 
-use std::{fs, path::Path, process::Output};
+use std::{path::Path, process::Output};
 
-use crate::OSP;
+use crate::{OSP, csv::Lines};
 use osp_testkit::json;
 use serde_json::Value;
 
@@ -67,26 +67,6 @@ impl Report {
     }
 }
 
-/// The lines of a CSV as cells.
-fn cells(csv: &str) -> Vec<Vec<String>> {
-    let mut lines = vec![vec![String::new()]];
-    let (mut is_quoted, mut letters) = (false, csv.chars().peekable());
-    while let Some(letter) = letters.next() {
-        let line = lines.last_mut().expect("a line");
-        match letter {
-            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => {
-                line.last_mut().expect("a cell").push('"')
-            }
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => line.push(String::new()),
-            '\n' if !is_quoted => lines.push(vec![String::new()]),
-            letter => line.last_mut().expect("a cell").push(letter),
-        }
-    }
-    lines.retain(|line| line.len() > 1);
-    lines
-}
-
 const NAME: &str = "a <b> & \"c\".ron";
 
 fn all_kinds() -> Vec<&'static str> {
@@ -124,11 +104,11 @@ fn every_index_is_measured_and_csv_and_json_have_the_same_rows() {
     let [osp, both] = ["osp", "osp + msvbsp"].map(|index| report.value("flight", &flight, index, "drawn"));
     assert!(both < osp, "{both} {osp}");
 
-    let lines = cells(&fs::read_to_string(&csv).expect("the figures"));
+    let lines = Lines::read(&csv);
     let columns = ["part", "recording", "index", "figure", "unit", "value", "low", "high"];
-    assert_eq!(lines[0], columns);
-    assert_eq!(lines.len() - 1, report.rows().len());
-    for (line, row) in lines[1..].iter().zip(report.rows()) {
+    assert_eq!(lines.names, columns);
+    assert_eq!(lines.rows.len(), report.rows().len());
+    for (line, row) in lines.rows.iter().zip(report.rows()) {
         let same = columns[..5].iter().zip(line).all(|(column, cell)| row[*column] == cell.as_str());
         assert!(same, "{line:?} {row}");
         let [written, value]: [f64; 2] =

@@ -5,6 +5,7 @@ mod bench;
 mod cli;
 mod cli_outputs;
 mod corpus_replay;
+mod csv;
 mod dependencies;
 mod help;
 mod rescue;

@@ -1,9 +1,7 @@
 //! `osp race`: structures on one session, frame by frame.
 
-use std::fs;
-
-use super::{NAME, Report, cells, session};
-use crate::OSP;
+use super::{NAME, Report, session};
+use crate::{OSP, csv::Lines};
 use osp_testkit::{stderr, stdout};
 
 const PART: &str = "race";
@@ -48,6 +46,5 @@ fn csv_and_json_have_the_figures_of_the_table() {
         assert!(of(name, "memory") > 0.0, "{name}");
     }
     assert!(report.0["verdict"].as_str().is_some_and(|said| said.contains("octree-rebuild")));
-    let lines = cells(&fs::read_to_string(&csv).expect("the figures"));
-    assert_eq!(lines.len() - 1, report.rows().len());
+    assert_eq!(Lines::read(&csv).rows.len(), report.rows().len());
 }

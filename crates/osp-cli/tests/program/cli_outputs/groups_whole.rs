@@ -1,7 +1,7 @@
 //! Groups that are inserted whole: the same polygons in view, and far fewer of them inserted again.
 
 use super::*;
-use crate::OSP;
+use crate::{OSP, csv::Lines};
 use osp_testkit::temp;
 
 /// The columns of a replay of the session with moving groups: polygons inserted again, and the fingerprint, of each frame.
@@ -10,18 +10,9 @@ fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
     let session = session.to_str().expect("utf-8");
     let args = [&["replay", session, "--csv", "frames.csv", "--force", "--budget", "1e9"], more].concat();
     OSP.done_in(folder, &args);
-    let text = fs::read_to_string(folder.join("frames.csv")).expect("the lines");
-    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
-    let names = lines.next().expect("names");
-    let at = |name: &str| names.iter().position(|other| other == name).expect("a column");
-    let (updated, fingerprint) = (at("updated"), at("fingerprint"));
-    let mut sum = 0;
-    let prints = lines.map(|line| {
-        sum += line[updated].parse::<u64>().expect("a number");
-        line[fingerprint].clone()
-    });
-    let prints = prints.collect();
-    (sum, prints)
+    let lines = Lines::read(folder.join("frames.csv"));
+    let prints = lines.column("fingerprint").iter().map(|print| (*print).to_owned()).collect();
+    (lines.numbers("updated").iter().sum(), prints)
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The settings of the indexes: `--depth`, `--cube`, `--cut-nodes`, `--buckets`, `--leaf`, `--morton-bits`.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
-use crate::OSP;
+use crate::{OSP, csv::Lines};
 use osp_rivals::{IndexKind, IndexSetting};
 use osp_testkit::temp;
 use serde_json::Value;
@@ -39,17 +39,8 @@ fn room() -> tempfile::TempDir {
 fn replayed(folder: &Path, args: &[&str]) -> (Value, [u64; 3]) {
     let how = ["replay", "room.ron", "--pace", "samples:64", "--json", "--csv", "f.csv", "--force"];
     let report = OSP.json_in(folder, [&how[..], args].concat());
-    let csv = fs::read_to_string(folder.join("f.csv")).expect("the CSV");
-    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let columns = lines.next().expect("names");
-    let at = ["nodes", "boxes", "planes"]
-        .map(|name| columns.iter().position(|column| *column == name).expect("a column"));
-    let mut work = [0; 3];
-    for line in lines {
-        for (sum, at) in work.iter_mut().zip(at) {
-            *sum += line[at].parse::<u64>().expect("a count");
-        }
-    }
+    let lines = Lines::read(folder.join("f.csv"));
+    let work = ["nodes", "boxes", "planes"].map(|name| lines.numbers(name).iter().sum());
     (report["runs"][0].clone(), work)
 }
 

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use serde_json::Value;
 
 use super::{assert_refused, names, write_session};
-use crate::OSP;
+use crate::{OSP, csv::Lines};
 use osp_testkit::{shipped_session, stderr, stdout, temp};
 
 fn room() -> String {
@@ -23,39 +23,12 @@ fn write_rig(folder: &Path, name: &str, screens: &[&str]) {
     fs::write(folder.join(format!("{name}.rig")), text).expect("a temporary folder can be written");
 }
 
-/// The lines of a CSV file, by column. No name in these files has a comma but those of the columns.
-struct Lines {
-    names: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Lines {
-    fn of(folder: &Path, args: &[&str]) -> Self {
-        let text = OSP
-            .done_in(folder, ["replay", &room(), "--pace", "samples:400", "--csv", "-"].iter().chain(args));
-        let mut lines = text.lines();
-        let head = lines.next().expect("names").replace(", ", "; ");
-        let cells = |line: &str| line.split(',').map(|cell| cell.trim_matches('"').to_owned()).collect();
-        let is_row = |line: &&str| line.starts_with('"');
-        let lines = Self { names: cells(&head), rows: lines.filter(is_row).map(cells).collect() };
-        assert!(lines.rows.len() > 25, "{} lines", lines.rows.len());
-        assert!(lines.rows.iter().all(|row| row.len() == lines.names.len()), "{}", lines.names.join("|"));
-        lines
-    }
-
-    fn column(&self, name: &str) -> Vec<&str> {
-        let at = self.names.iter().position(|other| other == name);
-        let at = at.unwrap_or_else(|| panic!("{name}: {}", self.names.join("|")));
-        self.rows.iter().map(|row| row[at].as_str()).collect()
-    }
-
-    fn numbers(&self, name: &str) -> Vec<u64> {
-        self.column(name).iter().map(|text| text.parse().expect("a number")).collect()
-    }
-
-    fn fingerprints(&self, name: &str) -> Vec<u64> {
-        self.column(name).iter().map(|text| u64::from_str_radix(text, 16).expect("a number")).collect()
-    }
+fn replayed(folder: &Path, args: &[&str]) -> Lines {
+    let how = ["replay", &room(), "--pace", "samples:400", "--csv", "f.csv", "--force"];
+    OSP.done_in(folder, how.iter().chain(args));
+    let lines = Lines::read(folder.join("f.csv"));
+    assert!(lines.rows.len() > 25, "{} lines", lines.rows.len());
+    lines
 }
 
 #[test]
@@ -65,7 +38,7 @@ fn two_screens_show_what_each_shows_alone() {
     write_rig(folder.path(), "right", &[RIGHT]);
     // Each index, and a method that hides much.
     for more in [&["--index", "osp,brute-force"][..], &["--occlusion", "msvbsp"]] {
-        let of = |rig: &[&str]| Lines::of(folder.path(), &[rig, more].concat());
+        let of = |rig: &[&str]| replayed(folder.path(), &[rig, more].concat());
         let both = of(&["--rig", "dual-wall", "--stereo", "mono"]);
         let [left, right] = ["left.rig", "right.rig"].map(|rig| of(&["--rig", rig]));
         assert_eq!(both.numbers("views"), vec![2; both.rows.len()]);
@@ -85,7 +58,9 @@ fn two_screens_show_what_each_shows_alone() {
             (both.numbers("visible"), both.numbers("polygons"), both.numbers("culled"));
         let [in_left, in_right] =
             [(&left, "left: in view"), (&right, "right: in view")].map(|(of, name)| of.numbers(name));
-        let prints = [&both, &left, &right].map(|of| of.fingerprints("fingerprint"));
+        let print = |text: &&str| u64::from_str_radix(text, 16).expect("a number");
+        let prints =
+            [&both, &left, &right].map(|of| of.column("fingerprint").iter().map(print).collect::<Vec<_>>());
         for frame in 0..visible.len() {
             assert_eq!(visible[frame], in_left[frame] + in_right[frame]);
             assert_eq!(culled[frame], 2 * polygons[frame] - visible[frame]);
@@ -162,7 +137,7 @@ fn screens_without_a_view_are_named() {
         "{said}"
     );
     assert!(said.contains("no view") && !said.contains("left: no view"), "{said}");
-    let lines = Lines::of(folder.path(), &["--rig", "two.rig"]);
+    let lines = replayed(folder.path(), &["--rig", "two.rig"]);
     assert!(lines.column("behind: in view").iter().all(|cell| cell.is_empty()));
     assert_eq!(lines.numbers("visible"), lines.numbers("left: in view"));
     // With no view at all there is nothing to cull, and that is no error.
