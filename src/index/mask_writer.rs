@@ -8,6 +8,9 @@ pub trait RunSink {
     /// Adds the polygons `first + bit` for the set bits of `mask`; all belong to one block.
     fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
+    /// Adds the polygons of consecutive blocks from `block` on: a mask for each. Returns their number.
+    fn push_masks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) -> usize;
+
     /// Number of polygons added.
     fn found(&self) -> usize;
 }
@@ -18,6 +21,15 @@ impl RunSink for IdWriter<'_> {
         if mask != 0 {
             self.push(kernel, first, mask);
         }
+    }
+
+    #[inline(always)]
+    fn push_masks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) -> usize {
+        let before = self.len();
+        for (i, masks) in masks.chunks(Self::BLOCKS).enumerate() {
+            self.push_blocks(kernel, ((block + i * Self::BLOCKS) * BLOCK) as u32, masks);
+        }
+        self.len() - before
     }
 
     #[inline(always)]
@@ -88,6 +100,18 @@ impl RunSink for MaskWriter<'_> {
             self.masks[block] |= (mask << bit) as u16;
             self.note(block..block + 1, mask.count_ones() as usize);
         }
+    }
+
+    #[inline(always)]
+    fn push_masks<K: Kernel>(&mut self, _kernel: K, block: usize, masks: &[u16]) -> usize {
+        let blocks = block..block + masks.len();
+        let mut polygons = 0;
+        for (to, from) in self.masks[blocks.clone()].iter_mut().zip(masks) {
+            *to |= from;
+            polygons += from.count_ones() as usize;
+        }
+        self.note(blocks, polygons);
+        polygons
     }
 
     #[inline(always)]

@@ -7,95 +7,81 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// A hierarchy of boxes over the order of the ids: sixteen polygons form a block, sixteen blocks a larger group, and so
-/// on. Nothing is sorted. Queries are fast if polygons that are drawn one after the other lie close together.
+/// Number of levels of boxes: around 1, 16, 256 and 4,096 consecutive ids.
+const LEVELS: usize = 4;
+
+/// A hierarchy of boxes over the order of the ids. Nothing is sorted. Queries are fast if polygons that are drawn one
+/// after the other lie close together. A change writes the polygon's box; a commit computes the boxes above, once each.
 #[derive(Clone, Debug)]
 pub struct TimeOrder {
     backend: Backend,
-    /// Level 0 has the polygons' boxes. Every further level has the boxes around the groups of the level below.
-    levels: Vec<Vec<Boxes<16>>>,
-    /// Reserved memory for further levels, the lowest last.
-    spare: Vec<Vec<Boxes<16>>>,
-    /// For each block, the mask of its present ids.
+    /// Boxes around `16^level` ids, sixteen to an entry.
+    levels: [Vec<Boxes<16>>; LEVELS],
+    /// For each block of sixteen ids, the mask of its present ids.
     inserted: Vec<u16>,
+    /// For each sixteen blocks, the mask of the blocks that have changed since the last commit.
+    changed: Vec<u16>,
     len: usize,
     upkeep: Upkeep,
 }
 
 impl TimeOrder {
     pub fn new(config: &IndexConfig) -> Self {
-        let blocks = config.room().div_ceil(16);
-        let mut spare: Vec<Vec<Boxes<16>>> = Vec::new();
-        let mut groups = blocks;
-        while groups > 1 || spare.is_empty() {
-            groups = groups.div_ceil(16);
-            spare.push(Vec::with_capacity(groups));
-        }
-        spare.reverse();
-        let mut levels = Vec::with_capacity(1 + spare.len());
-        levels.push(Vec::with_capacity(blocks));
+        let blocks = config.room().div_ceil(BLOCK);
         Self {
             backend: Backend::detect(),
-            levels,
-            spare,
+            levels: std::array::from_fn(|level| Vec::with_capacity(blocks.div_ceil(BLOCK.pow(level as u32)))),
             inserted: Vec::with_capacity(blocks),
+            changed: Vec::with_capacity(blocks.div_ceil(BLOCK)),
             len: 0,
             upkeep: Upkeep::default(),
         }
     }
 
     fn holds(&self, id: PolygonId) -> bool {
-        self.inserted.get(id.index() / 16).is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
+        self.inserted.get(id.index() / BLOCK).is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
     }
 
-    /// The lanes of a group that contain polygons.
+    /// The lanes of a group that may contain polygons.
+    #[inline(always)]
     fn used(&self, level: usize, group: usize) -> u32 {
-        if level == 0 { u32::from(self.inserted[group]) } else { 0xFFFF }
+        match level.checked_sub(1) {
+            None => u32::from(self.inserted[group]),
+            Some(below) => (1u32 << (self.levels[below].len() - group * BLOCK).min(BLOCK)) - 1,
+        }
     }
 
+    #[cold]
     fn make_room(&mut self, block: usize) {
+        self.inserted.resize(block + 1, 0);
         let mut groups = block + 1;
-        self.inserted.resize(groups.max(self.inserted.len()), 0);
-        for level in 0.. {
-            if level == self.levels.len() {
-                // The new top contains the former top.
-                let below = self.levels[level - 1].first().map_or(Aabb::EMPTY, |top| top.around(0xFFFF));
-                let mut boxes = self.spare.pop().unwrap_or_default();
-                boxes.push(Boxes::EMPTY);
-                boxes[0].set(0, &below);
-                self.levels.push(boxes);
-            }
-            let boxes = &mut self.levels[level];
-            boxes.resize(groups.max(boxes.len()), Boxes::EMPTY);
-            // `clear` keeps the levels, so each level gets its first group again.
-            if boxes.len() == 1 && level > 0 && level + 1 == self.levels.len() {
-                return;
-            }
-            groups = groups.div_ceil(16);
+        for level in &mut self.levels {
+            level.resize(groups.max(level.len()), Boxes::EMPTY);
+            groups = groups.div_ceil(BLOCK);
         }
+        self.changed.resize(self.levels[1].len(), 0);
     }
 
-    /// Tightens the boxes above a block after a polygon in it has shrunk or gone.
-    fn tighten(&mut self, block: usize) {
-        let mut group = block;
-        for level in 0..self.levels.len() - 1 {
-            self.upkeep.boxes += 1;
-            let bounds = self.levels[level][group].around(self.used(level, group));
-            let above = &mut self.levels[level + 1][group / 16];
-            if above.get(group % 16) == bounds {
-                return;
-            }
-            above.set(group % 16, &bounds);
-            group /= 16;
-        }
+    #[inline]
+    fn set(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.levels[0][id.index() / BLOCK].set(id.index() % BLOCK, bounds);
+        self.mark(id);
     }
 
-    fn top(&self) -> Option<usize> {
-        (self.len > 0).then(|| self.levels.len() - 1)
+    #[inline]
+    fn mark(&mut self, id: PolygonId) {
+        self.changed[id.index() / (BLOCK * BLOCK)] |= 1 << (id.index() / BLOCK % BLOCK);
+    }
+
+    /// Sets the box around a group in the level above.
+    fn refit(&mut self, level: usize, group: usize) {
+        let bounds = self.levels[level][group].around(self.used(level, group));
+        self.levels[level + 1][group / BLOCK].set(group % BLOCK, &bounds);
+        self.upkeep.boxes += 1;
     }
 
     fn visit(&self, walk: &mut Walk<'_>, level: usize, group: usize, mask: PlaneMask, decision: Visit) {
-        for lane in (0..16).filter(|lane| self.used(level, group) >> lane & 1 == 1) {
+        for lane in (0..BLOCK).filter(|lane| self.used(level, group) >> lane & 1 == 1) {
             let bounds = self.levels[level][group].get(lane);
             if bounds.is_empty() {
                 continue;
@@ -106,14 +92,13 @@ impl TimeOrder {
             if containment == Containment::Outside {
                 continue;
             }
-            let number = group * 16 + lane;
+            let number = group * BLOCK + lane;
             if level == 0 {
                 walk.seen.push(PolygonId(number as u32));
                 continue;
             }
             walk.work.nodes += 1;
-            let depth = (self.levels.len() - 1 - level) as u32;
-            let polygons = 1usize << (4 * level);
+            let (depth, polygons) = ((LEVELS - 1 - level) as u32, BLOCK.pow(level as u32));
             let node = Node { bounds: &bounds, depth, containment, polygons, is_leaf: level == 1 };
             let answer = if decision == Visit::Take { Visit::Take } else { walk.visitor.node(&node) };
             if answer == Visit::Skip {
@@ -149,53 +134,63 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
 
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
-        let Some(top) = self.index.top() else { return (self.work, self.out) };
-        // The stack has at most fifteen siblings of each of eight levels.
-        let mut stack = [(0u8, 0u32, 0u8); 16 * 8];
-        stack[0] = (top as u8, 0, PlaneSet::ALL);
-        let mut waiting = 1;
-        while waiting > 0 {
-            waiting -= 1;
-            let (level, group, mask) = stack[waiting];
-            let boxes = &self.index.levels[usize::from(level)][group as usize];
-            if level == 0 {
-                self.block(kernel, group, boxes, mask);
-                continue;
-            }
-            self.work.nodes += 1;
-            let sides = self.planes.sides_rows(kernel, mask, boxes);
-            self.count(16, mask);
-            let below = self.index.levels[usize::from(level) - 1].len() as u32 - group * 16;
-            let mut seen = !sides.behind & ((1u32 << below.min(16)) - 1);
-            while seen != 0 {
-                // Pushes the last lane first, so that the stack returns the lanes in the order of their ids.
-                let lane = seen.ilog2();
-                seen &= !(1 << lane);
-                stack[waiting] = (level - 1, group * 16 + lane, sides.planes_at(mask, lane as usize));
-                waiting += 1;
-            }
+        let before = self.out.found();
+        for top in 0..self.index.levels[3].len() {
+            self.group(kernel, 3, top, PlaneSet::ALL, |cull, group, mask| {
+                cull.group(kernel, 2, group, mask, |cull, group, mask| {
+                    cull.group(kernel, 1, group, mask, |cull, block, mask| cull.block(kernel, block, mask));
+                });
+            });
         }
+        self.work.reported = (self.out.found() - before) as u64;
         (self.work, self.out)
     }
 }
 
 impl<S: RunSink> Cull<'_, S> {
+    /// Tests the boxes of a group. Takes those inside all planes whole, and calls `below` for those that a plane cuts.
     #[inline(always)]
-    fn count(&mut self, lanes: u32, planes: u8) {
-        self.work.boxes += if planes == 0 { 0 } else { u64::from(lanes) };
-        self.work.planes += u64::from(lanes * planes.count_ones());
+    fn group<K: Kernel>(
+        &mut self,
+        kernel: K,
+        level: usize,
+        group: usize,
+        mask: u8,
+        mut below: impl FnMut(&mut Self, usize, u8),
+    ) {
+        let index = self.index;
+        self.work.nodes += 1;
+        self.count(BLOCK as u32, mask);
+        let sides = self.planes.sides_rows(kernel, mask, &index.levels[level][group]);
+        let mut seen = !sides.behind & index.used(level, group);
+        while seen != 0 {
+            let lane = seen.trailing_zeros() as usize;
+            seen &= seen - 1;
+            let number = group * BLOCK + lane;
+            match sides.planes_at(mask, lane) {
+                0 => {
+                    let blocks = BLOCK.pow(level as u32 - 1);
+                    let end = ((number + 1) * blocks).min(index.inserted.len());
+                    let masks = &index.inserted[number * blocks..end];
+                    self.work.taken_whole += self.out.push_masks(kernel, number * blocks, masks) as u64;
+                }
+                mask => below(self, number, mask),
+            }
+        }
     }
 
     #[inline(always)]
-    fn block<K: Kernel>(&mut self, kernel: K, block: u32, boxes: &Boxes<16>, mask: u8) {
-        let inserted = u32::from(self.index.inserted[block as usize]);
-        let seen = inserted & !self.planes.behind(kernel, mask, boxes);
+    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u8) {
+        let inserted = u32::from(self.index.inserted[block]);
+        let seen = inserted & !self.planes.behind(kernel, mask, &self.index.levels[0][block]);
         self.count(inserted.count_ones(), mask);
-        if seen != 0 {
-            self.work.reported += u64::from(seen.count_ones());
-            self.work.taken_whole += if mask == 0 { u64::from(seen.count_ones()) } else { 0 };
-            self.out.push_run(kernel, block * 16, seen);
-        }
+        self.out.push_run(kernel, (block * BLOCK) as u32, seen);
+    }
+
+    #[inline(always)]
+    fn count(&mut self, lanes: u32, planes: u8) {
+        self.work.boxes += u64::from(lanes);
+        self.work.planes += u64::from(lanes * planes.count_ones());
     }
 }
 
@@ -210,23 +205,15 @@ impl SpatialIndex for TimeOrder {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
-        let (block, lane) = (id.index() / 16, id.index() % 16);
+        let (block, bit) = (id.index() / BLOCK, 1 << (id.0 % 16));
         if block >= self.inserted.len() {
             self.make_room(block);
         }
-        if self.inserted[block] >> lane & 1 == 1 {
+        if self.inserted[block] & bit != 0 {
             return Err(IndexError::Duplicate(id));
         }
-        self.inserted[block] |= 1 << lane;
-        self.levels[0][block].set(lane, bounds);
-        let mut group = block;
-        for level in &mut self.levels[1..] {
-            self.upkeep.boxes += 1;
-            if !level[group / 16].widen(group % 16, bounds) {
-                break;
-            }
-            group /= 16;
-        }
+        self.inserted[block] |= bit;
+        self.set(id, bounds);
         self.upkeep.inserted += 1;
         self.len += 1;
         Ok(())
@@ -236,10 +223,9 @@ impl SpatialIndex for TimeOrder {
         if !self.holds(id) {
             return Err(IndexError::Unknown(id));
         }
-        let block = id.index() / 16;
-        self.inserted[block] &= !(1 << (id.0 % 16));
+        self.inserted[id.index() / BLOCK] &= !(1 << (id.0 % 16));
+        self.mark(id);
         self.len -= 1;
-        self.tighten(block);
         Ok(())
     }
 
@@ -250,18 +236,28 @@ impl SpatialIndex for TimeOrder {
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
-        let block = id.index() / 16;
-        self.levels[0][block].set(id.index() % 16, bounds);
-        self.tighten(block);
+        self.set(id, bounds);
         self.upkeep.adjusted += 1;
         Ok(())
     }
 
-    fn commit(&mut self) {}
+    fn commit(&mut self) {
+        for group in 0..self.changed.len() {
+            let mut changed = std::mem::take(&mut self.changed[group]);
+            if changed == 0 {
+                continue;
+            }
+            while changed != 0 {
+                self.refit(0, group * BLOCK + changed.trailing_zeros() as usize);
+                changed &= changed - 1;
+            }
+            self.refit(1, group);
+            self.refit(2, group / BLOCK);
+        }
+    }
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
-        let out = IdWriter::new(draw_list);
-        let planes = PlaneSet::new(frustum);
+        let (out, planes) = (IdWriter::new(draw_list), PlaneSet::new(frustum));
         let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
         out.finish();
         work
@@ -278,8 +274,8 @@ impl SpatialIndex for TimeOrder {
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut walk = Walk { frustum, visitor, work: WorkCounts::default(), seen: Vec::new() };
-        if let Some(top) = self.top() {
-            self.visit(&mut walk, top, 0, PlaneMask::ALL, Visit::Descend);
+        for top in 0..self.levels[LEVELS - 1].len() {
+            self.visit(&mut walk, LEVELS - 1, top, PlaneMask::ALL, Visit::Descend);
         }
         walk.work
     }
@@ -289,15 +285,15 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn bytes(&self) -> usize {
-        let boxes: usize = self.levels.iter().chain(&self.spare).map(Vec::capacity).sum();
-        boxes * size_of::<Boxes<16>>() + self.inserted.capacity() * size_of::<u16>()
+        let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
+        let masks = self.inserted.capacity() + self.changed.capacity();
+        boxes * size_of::<Boxes<16>>() + masks * size_of::<u16>()
     }
 
     fn clear(&mut self) {
-        for level in &mut self.levels {
-            level.clear();
-        }
+        self.levels.iter_mut().for_each(Vec::clear);
         self.inserted.clear();
+        self.changed.clear();
         self.len = 0;
     }
 }

@@ -14,6 +14,13 @@ pub trait Kernel: Copy {
     /// its inner side.
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
 
+    /// Does the same as [`Kernel::sides`] for sixteen lanes.
+    #[inline(always)]
+    fn sides16(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32) {
+        let (low, high) = (self.sides(plane, boxes, 0), self.sides(plane, boxes, 8));
+        (low.0 | high.0 << 8, low.1 | high.1 << 8)
+    }
+
     /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the beginning of `out`; returns the
     /// number of ids. Overwrites the rest of `out`.
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;

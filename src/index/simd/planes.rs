@@ -59,7 +59,8 @@ impl PlaneSet {
         behind
     }
 
-    /// Positions of sixteen boxes, in rows of sixteen, relative to the planes of `mask`.
+    /// Positions of sixteen boxes, in rows of sixteen, relative to the planes of `mask`. If all lie behind planes, the
+    /// rest is unspecified.
     #[inline(always)]
     pub fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
@@ -67,9 +68,11 @@ impl PlaneSet {
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
-            let low = kernel.sides(&self.planes[i], boxes, 0);
-            let high = kernel.sides(&self.planes[i], boxes, 8);
-            all.add(i, low.0 | high.0 << 8, low.1 | high.1 << 8);
+            let (behind, inside) = kernel.sides16(&self.planes[i], boxes);
+            all.add(i, behind, inside);
+            if all.behind == 0xFFFF {
+                break;
+            }
         }
         all
     }

@@ -153,6 +153,15 @@ impl Kernel for Avx512 {
     }
 
     #[inline(always)]
+    fn sides16(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32) {
+        // SAFETY: the token proves AVX-512F.
+        unsafe {
+            let (zero, near) = (_mm512_setzero_ps(), distance16(plane, plane.near, boxes));
+            (self.behind(plane, boxes), u32::from(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(near, zero)))
+        }
+    }
+
+    #[inline(always)]
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         // SAFETY: the token proves AVX-512F; the store fills `out` exactly.
         unsafe {
