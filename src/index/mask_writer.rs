@@ -15,6 +15,15 @@ pub trait RunSink {
     fn found(&self) -> usize;
 }
 
+/// Number of bits that are set in masks. Four masks are counted at once.
+#[inline(always)]
+pub(crate) fn ones(masks: &[u16]) -> u32 {
+    let (four, rest) = masks.as_chunks::<4>();
+    let word = |four: &[u16; 4]| four.iter().fold(0, |word, &mask| word << 16 | u64::from(mask));
+    four.iter().map(|four| word(four).count_ones()).sum::<u32>()
+        + rest.iter().map(|mask| mask.count_ones()).sum::<u32>()
+}
+
 impl RunSink for IdWriter<'_> {
     #[inline(always)]
     fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
@@ -105,11 +114,10 @@ impl RunSink for MaskWriter<'_> {
     #[inline(always)]
     fn push_masks<K: Kernel>(&mut self, _kernel: K, block: usize, masks: &[u16]) -> usize {
         let blocks = block..block + masks.len();
-        let mut polygons = 0;
         for (to, from) in self.masks[blocks.clone()].iter_mut().zip(masks) {
             *to |= from;
-            polygons += from.count_ones() as usize;
         }
+        let polygons = ones(masks) as usize;
         self.note(blocks, polygons);
         polygons
     }

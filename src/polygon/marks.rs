@@ -26,10 +26,10 @@ pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
     (low, high)
 }
 
-/// Sets or clears the bits of polygons in the masks of blocks. Returns false, and changes nothing, if a polygon has no
+/// Sets the bits of polygons in the masks of blocks. Returns false, and changes nothing, if a polygon has no
 /// mask.
 #[inline(always)]
-pub(crate) fn mark<const IS_SET: bool>(masks: &mut [u16], ids: &[PolygonId]) -> bool {
+pub(super) fn mark(masks: &mut [u16], ids: &[PolygonId]) -> bool {
     let (_, high) = low_and_high(ids);
     // A word contains two masks.
     let words = masks.len() * BLOCK / WORD as usize;
@@ -43,19 +43,14 @@ pub(crate) fn mark<const IS_SET: bool>(masks: &mut [u16], ids: &[PolygonId]) -> 
             if cfg!(target_endian = "little") {
                 let word = start.cast::<u32>().add((id.0 / WORD) as usize);
                 let there = word.read_unaligned();
-                word.write_unaligned(with::<IS_SET>(there, 1 << (id.0 % WORD)));
+                word.write_unaligned(there | 1 << (id.0 % WORD));
             } else {
                 let mask = start.add(id.index() / BLOCK);
-                *mask = with::<IS_SET>(u32::from(*mask), 1 << (id.0 % BLOCK as u32)) as u16;
+                *mask |= 1 << (id.0 % BLOCK as u32);
             }
         }
     }
     true
-}
-
-#[inline(always)]
-fn with<const IS_SET: bool>(there: u32, bit: u32) -> u32 {
-    if IS_SET { there | bit } else { there & !bit }
 }
 
 #[cfg(test)]
@@ -71,17 +66,13 @@ mod tests {
             before in prop::collection::vec(any::<u16>(), 42),
         ) {
             let ids: Vec<PolygonId> = numbers.iter().map(|&id| PolygonId(id)).collect();
-            let (mut set, mut cleared) = (before.clone(), before.clone());
-            let (mut each_set, mut each_cleared) = (before.clone(), before.clone());
+            let (mut set, mut each_set) = (before.clone(), before.clone());
             let is_there = ids.iter().all(|id| id.index() / BLOCK < before.len());
-            prop_assert_eq!(mark::<true>(&mut set, &ids), is_there);
-            prop_assert_eq!(mark::<false>(&mut cleared, &ids), is_there);
+            prop_assert_eq!(mark(&mut set, &ids), is_there);
             for id in ids.iter().filter(|_| is_there) {
                 each_set[id.index() / BLOCK] |= 1 << (id.index() % BLOCK);
-                each_cleared[id.index() / BLOCK] &= !(1 << (id.index() % BLOCK));
             }
             prop_assert_eq!(set, each_set);
-            prop_assert_eq!(cleared, each_cleared);
             let highest = numbers.iter().copied().max().unwrap_or(0);
             let lowest = numbers.iter().copied().min().unwrap_or(u32::MAX);
             prop_assert_eq!(low_and_high(&ids), (lowest, highest));

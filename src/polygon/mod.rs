@@ -20,7 +20,6 @@ pub use change::Change;
 pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;
 pub use id::PolygonId;
-pub(crate) use marks::mark;
 pub(crate) use space::abs as abs_matrix;
 pub use space::{SpaceId, SpacePlace};
 pub(crate) use spaces_in_view::count as count_polygons;

@@ -224,7 +224,7 @@ impl VisibleBlocks {
             self.extend(ids.iter().copied());
             return;
         }
-        marks::mark::<true>(self.masks_for(high as usize + 1), ids);
+        marks::mark(self.masks_for(high as usize + 1), ids);
         self.note_filled(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
     }
 

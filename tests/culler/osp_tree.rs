@@ -5,8 +5,8 @@
 mod borders;
 mod chains;
 mod hidden;
+mod in_order;
 mod life;
-mod linear;
 mod loose;
 mod many_views;
 mod movers;
@@ -21,15 +21,12 @@ use osp::{
 use osp_rivals::IndexKind;
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
 
-/// Largest number of blocks of sixteen ids in the plain list of these trees, so that few polygons make a tree.
-const LISTED: usize = 96;
-
 fn config() -> IndexConfig {
     IndexConfig { root: root(), capacity: 1000 }
 }
 
 fn tree(backend: Backend) -> Osp {
-    Osp::with_backend(&config(), backend).with_linear_blocks(LISTED)
+    Osp::with_backend(&config(), backend).with_all_in_tree()
 }
 
 fn backends() -> Vec<Backend> {
@@ -86,9 +83,8 @@ struct Both {
 }
 
 impl Both {
-    /// A tree from the first polygon on.
     fn new() -> Self {
-        Self::of(Osp::new(&config()).with_linear_blocks(0))
+        Self::of(tree(Backend::detect()))
     }
 
     fn of(osp: Osp) -> Self {
@@ -171,17 +167,19 @@ fn every_order_of_operations_is_answered_like_brute_force() {
     let backends = backends();
     for round in 0..rounds {
         let mut rng = Rng(round);
-        // Always a tree, or one and a plain list in turn, or as it comes.
-        let linear = |osp: Osp| match round / 8 % 3 {
-            0 => osp.with_linear_blocks(0),
-            1 => osp.with_linear_blocks(6),
+        // Always by the tree, by the tree and the walk in order, or as it comes.
+        let kind = |osp: Osp| match round / 8 % 3 {
+            0 => osp.with_all_in_tree(),
+            1 => osp.with_most_in_order(0),
             _ => osp,
         };
         let mut osp: Box<dyn SpatialIndex> = match round % 8 {
             0 => IndexKind::BruteSimd.create(&config()),
             1 => IndexKind::TimeOrder.create(&config()),
-            2..=4 => Box::new(linear(tree(backends[round as usize / 8 % backends.len()]))),
-            _ => Box::new(linear(tree(Backend::detect()))),
+            2..=4 => {
+                Box::new(kind(Osp::with_backend(&config(), backends[round as usize / 8 % backends.len()])))
+            }
+            _ => Box::new(kind(Osp::new(&config()))),
         };
         let mut reference = BruteForce::new();
         let ids = [40, 600, 3000][rng.below(3)];

@@ -1,7 +1,7 @@
 use osp::{
     index::{
         Backend, IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts,
-        kernels::{Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, WithKernel, admit},
+        kernels::{Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, Sides, WithKernel, admit},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::{BLOCK, PolygonId, VisibleBlocks},
@@ -62,10 +62,18 @@ impl TimeOrder {
         self.changed.resize(self.levels[1].len(), 0);
     }
 
+    /// Sets the box of a polygon, and widens the boxes above. The commit computes them again.
     #[inline]
     fn set(&mut self, id: PolygonId, bounds: &Aabb) {
-        self.levels[0][id.index() / BLOCK].set(id.index() % BLOCK, bounds);
         self.mark(id);
+        let mut group = id.index() / BLOCK;
+        self.levels[0][group].set(id.index() % BLOCK, bounds);
+        for level in &mut self.levels[1..] {
+            if !level[group / BLOCK].widen(group % BLOCK, bounds) {
+                return;
+            }
+            group /= BLOCK;
+        }
     }
 
     #[inline]
@@ -136,11 +144,16 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
     fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
         let before = self.out.found();
         for top in 0..self.index.levels[3].len() {
-            self.group(kernel, 3, top, PlaneSet::ALL, |cull, group, mask| {
-                cull.group(kernel, 2, group, mask, |cull, group, mask| {
-                    cull.group(kernel, 1, group, mask, |cull, block, mask| cull.block(kernel, block, mask));
-                });
-            });
+            let (mut shelves, sides) = self.test(kernel, 3, top, PlaneSet::ALL);
+            while let Some((shelf, mask)) = self.next(kernel, 3, top, &mut shelves, (&sides, PlaneSet::ALL)) {
+                let (mut groups, sides) = self.test(kernel, 2, shelf, mask);
+                while let Some((group, mask)) = self.next(kernel, 2, shelf, &mut groups, (&sides, mask)) {
+                    let (mut blocks, sides) = self.test(kernel, 1, group, mask);
+                    while let Some((block, mask)) = self.next(kernel, 1, group, &mut blocks, (&sides, mask)) {
+                        self.block(kernel, block, mask);
+                    }
+                }
+            }
         }
         self.work.reported = (self.out.found() - before) as u64;
         (self.work, self.out)
@@ -148,35 +161,40 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
 }
 
 impl<S: RunSink> Cull<'_, S> {
-    /// Tests the boxes of a group. Takes those inside all planes whole, and calls `below` for those that a plane cuts.
+    /// Tests the boxes of a group. Returns those that are not behind a plane.
     #[inline(always)]
-    fn group<K: Kernel>(
+    fn test<K: Kernel>(&mut self, kernel: K, level: usize, group: usize, mask: u8) -> (u32, Sides) {
+        self.work.nodes += 1;
+        self.count(BLOCK as u32, mask);
+        let sides = self.planes.sides_rows(kernel, mask, &self.index.levels[level][group]);
+        (!sides.behind & self.index.used(level, group), sides)
+    }
+
+    /// Takes whole the boxes of `seen` inside all planes, up to the first that a plane cuts. Returns its number and the
+    /// planes that cut it.
+    #[inline(always)]
+    fn next<K: Kernel>(
         &mut self,
         kernel: K,
         level: usize,
         group: usize,
-        mask: u8,
-        mut below: impl FnMut(&mut Self, usize, u8),
-    ) {
-        let index = self.index;
-        self.work.nodes += 1;
-        self.count(BLOCK as u32, mask);
-        let sides = self.planes.sides_rows(kernel, mask, &index.levels[level][group]);
-        let mut seen = !sides.behind & index.used(level, group);
-        while seen != 0 {
+        seen: &mut u32,
+        (sides, mask): (&Sides, u8),
+    ) -> Option<(usize, u8)> {
+        while *seen != 0 {
             let lane = seen.trailing_zeros() as usize;
-            seen &= seen - 1;
+            *seen &= *seen - 1;
             let number = group * BLOCK + lane;
-            match sides.planes_at(mask, lane) {
-                0 => {
-                    let blocks = BLOCK.pow(level as u32 - 1);
-                    let end = ((number + 1) * blocks).min(index.inserted.len());
-                    let masks = &index.inserted[number * blocks..end];
-                    self.work.taken_whole += self.out.push_masks(kernel, number * blocks, masks) as u64;
-                }
-                mask => below(self, number, mask),
+            let planes = sides.planes_at(mask, lane);
+            if planes != 0 {
+                return Some((number, planes));
             }
+            let blocks = BLOCK.pow(level as u32 - 1);
+            let end = ((number + 1) * blocks).min(self.index.inserted.len());
+            let masks = &self.index.inserted[number * blocks..end];
+            self.work.taken_whole += self.out.push_masks(kernel, number * blocks, masks) as u64;
         }
+        None
     }
 
     #[inline(always)]

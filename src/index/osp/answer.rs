@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ids::IdMap, layout::Page};
+use super::layout::Page;
 use crate::{
     index::{
         mask_writer::{MaskWriter, RunSink},
@@ -16,11 +16,14 @@ pub(super) trait Answer {
     /// The result of a complete query.
     type Done;
 
-    /// Whether the query reports the polygons outside the frustum instead of the polygons inside.
-    const IS_OUTSIDE: bool = false;
-
     /// Adds the polygons `first + bit` for the set bits of `mask`.
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
+
+    /// Adds polygons of a block; the mask may be 0. Has no branch, unlike [`Answer::run`].
+    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16);
+
+    /// Adds the polygons of consecutive blocks from `block` on: a mask for each.
+    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]);
 
     /// Adds the first `runs` runs of a page.
     #[inline(always)]
@@ -62,19 +65,6 @@ pub(super) trait Answer {
     fn finish(self) -> Self::Done;
 }
 
-/// An output that can also receive many polygons at once.
-pub(super) trait Filling: Answer {
-    /// Adds all polygons of the id map.
-    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
-
-    /// Adds the polygons `seen` of at most sixteen blocks with these numbers.
-    fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]);
-
-    /// Adds the ids whose lanes are set in `seen`, from at most sixteen groups. The ids of a group may belong to any
-    /// blocks.
-    fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]);
-}
-
 /// Output as a list of ids.
 pub(super) struct Ids<'a>(IdWriter<'a>);
 
@@ -85,48 +75,6 @@ impl<'a> Ids<'a> {
     pub(super) fn new(ids: &'a mut Vec<PolygonId>) -> Self {
         Self(IdWriter::new(ids))
     }
-
-    /// Adds the polygons of consecutive blocks; `first` is the first id of the first block.
-    #[inline(always)]
-    pub(super) fn blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
-        // These are plain loops, because a closure would not be compiled for the kernel's instruction set.
-        let id_of = |block: usize| first.wrapping_add(block as u32 * 16);
-        let is_full = |masks: &[u16]| masks.iter().fold(u16::MAX, |all, &mask| all & mask) == u16::MAX;
-        let mut block = 0;
-        while block < masks.len() {
-            let start = block;
-            while block + TOGETHER <= masks.len() && is_full(&masks[block..block + TOGETHER]) {
-                block += TOGETHER;
-            }
-            if block > start {
-                self.0.push_span(kernel, id_of(start), (block - start) * 16);
-                continue;
-            }
-            // A branch for full blocks would be unpredictable here.
-            let end = (block + TOGETHER).min(masks.len());
-            self.0.push_blocks(kernel, id_of(block), &masks[block..end]);
-            block = end;
-        }
-    }
-}
-
-impl Filling for Ids<'_> {
-    #[inline(always)]
-    fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap) {
-        for (first, masks) in ids.shelves() {
-            self.blocks(kernel, first, masks);
-        }
-    }
-
-    #[inline(always)]
-    fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]) {
-        self.0.push_numbered(kernel, numbers, seen);
-    }
-
-    #[inline(always)]
-    fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]) {
-        self.0.push_groups(kernel, groups, seen);
-    }
 }
 
 impl Answer for Ids<'_> {
@@ -135,6 +83,33 @@ impl Answer for Ids<'_> {
     #[inline(always)]
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.0.push(kernel, first, mask);
+    }
+
+    #[inline(always)]
+    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16) {
+        self.0.push(kernel, (block * BLOCK) as u32, mask.into());
+    }
+
+    #[inline(always)]
+    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
+        // These are plain loops, because a closure would not be compiled for the kernel's instruction set.
+        let id_of = |at: usize| ((block + at) * BLOCK) as u32;
+        let is_full = |masks: &[u16]| masks.iter().fold(u16::MAX, |all, &mask| all & mask) == u16::MAX;
+        let mut at = 0;
+        while at < masks.len() {
+            let start = at;
+            while at + TOGETHER <= masks.len() && is_full(&masks[at..at + TOGETHER]) {
+                at += TOGETHER;
+            }
+            if at > start {
+                self.0.push_span(kernel, id_of(start), (at - start) * BLOCK);
+                continue;
+            }
+            // A branch for full blocks would be unpredictable here.
+            let end = (at + TOGETHER).min(masks.len());
+            self.0.push_blocks(kernel, id_of(at), &masks[at..end]);
+            at = end;
+        }
     }
 
     #[inline(always)]
@@ -178,45 +153,23 @@ impl<'a> Blocks<'a> {
     }
 }
 
-impl Filling for Blocks<'_> {
-    #[inline(always)]
-    fn all<K: Kernel>(&mut self, _kernel: K, ids: &IdMap) {
-        for (first, in_tree) in ids.shelves() {
-            let block = first as usize / BLOCK;
-            // Polygons of the open block may be set already.
-            for (there, &mask) in self.0.masks()[block..block + in_tree.len()].iter_mut().zip(in_tree) {
-                *there |= mask;
-            }
-            let polygons = in_tree.iter().map(|mask| mask.count_ones() as usize).sum();
-            self.0.note(block..block + in_tree.len(), polygons);
-        }
-    }
-
-    #[inline(always)]
-    fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]) {
-        for (&number, &seen) in numbers.iter().zip(seen) {
-            self.run(kernel, number * BLOCK as u32, u32::from(seen));
-        }
-    }
-
-    #[inline(always)]
-    fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]) {
-        for (ids, &seen) in groups.iter().zip(seen) {
-            let mut left = seen;
-            while left != 0 {
-                self.run(kernel, ids[left.trailing_zeros() as usize % BLOCK], 1);
-                left &= left - 1;
-            }
-        }
-    }
-}
-
 impl Answer for Blocks<'_> {
     type Done = (Range<usize>, usize);
 
     #[inline(always)]
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.0.push_run(kernel, first, mask);
+    }
+
+    #[inline(always)]
+    fn block<K: Kernel>(&mut self, _kernel: K, block: usize, mask: u16) {
+        self.0.masks()[block] |= mask;
+        self.0.note(block..block + 1, mask.count_ones() as usize);
+    }
+
+    #[inline(always)]
+    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
+        self.0.push_masks(kernel, block, masks);
     }
 
     #[inline(always)]
@@ -244,61 +197,8 @@ impl Answer for Blocks<'_> {
     }
 }
 
-/// Output by exclusion. All polygons in the tree are set first. The query then reports the polygons outside
-/// the frustum, and their bits are cleared.
-pub(super) struct Outside<'a> {
-    /// Masks of the blocks from `first` on.
-    masks: &'a mut [u16],
-    first: usize,
-    count: usize,
-}
-
-impl<'a> Outside<'a> {
-    /// `masks` begins with block `first`. Blocks without an entry in the id map are not written.
-    pub(super) fn new(masks: &'a mut [u16], first: usize, ids: &IdMap) -> Self {
-        for (id, in_tree) in ids.shelves() {
-            let block = id as usize / BLOCK - first;
-            masks[block..block + in_tree.len()].copy_from_slice(in_tree);
-        }
-        Self { masks, first, count: 0 }
-    }
-}
-
-impl Answer for Outside<'_> {
-    /// Number of polygons outside.
-    type Done = usize;
-
-    const IS_OUTSIDE: bool = true;
-
-    #[inline(always)]
-    fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {
-        let (block, bit) = (first as usize / BLOCK, first % BLOCK as u32);
-        self.masks[block - self.first] &= !((mask << bit) as u16);
-        self.count += mask.count_ones() as usize;
-    }
-
-    #[inline(always)]
-    fn single<K: Kernel>(&mut self, _kernel: K, page: &Page, count: u32) {
-        let ids = &page.first[..(count as usize).min(BLOCK)];
-        for &id in ids {
-            self.masks[id as usize / BLOCK - self.first] &= !(1 << (id % BLOCK as u32));
-        }
-        self.count += ids.len();
-    }
-
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.count
-    }
-
-    #[inline(always)]
-    fn finish(self) -> usize {
-        self.count
-    }
-}
-
 /// Output as masks of blocks, for scattered polygons. The query appends runs of one polygon to a list of ids. One pass
-/// over this list then sets or clears all their bits. This is several times as fast as setting them during the query.
+/// over this list then sets all their bits. This is several times as fast as setting them during the query.
 pub(super) struct Listing<'a, A> {
     runs: A,
     singles: IdWriter<'a>,
@@ -315,11 +215,19 @@ impl<'a, A> Listing<'a, A> {
 impl<A: Answer> Answer for Listing<'_, A> {
     type Done = A::Done;
 
-    const IS_OUTSIDE: bool = A::IS_OUTSIDE;
-
     #[inline(always)]
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.runs.run(kernel, first, mask);
+    }
+
+    #[inline(always)]
+    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16) {
+        self.runs.block(kernel, block, mask);
+    }
+
+    #[inline(always)]
+    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
+        self.runs.blocks(kernel, block, masks);
     }
 
     #[inline(always)]

@@ -49,7 +49,7 @@ impl Osp {
     /// Largest number of runs of a scattered leaf before it is split. It grows with the model, because packing a leaf
     /// is a smaller part of the frame time of a large model.
     fn most_scattered(&self) -> u32 {
-        match self.len {
+        match self.store.filed() {
             0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,
             SMALL..LARGE => LEAF_RUNS * 2,
             _ => MOST_TAKEN as u32,
@@ -64,20 +64,8 @@ impl Osp {
         let node = &mut self.nodes[number];
         (node.shift, node.key, node.parent, node.slot) = (shift, cell, parent, slot);
         self.set_child(parent, slot, Link::node(number), &cell);
-        self.count_node(parent, slot, 1);
         self.shape += 1;
         number
-    }
-
-    /// Adds `change` to the number of nodes below a slot of `node`, and below the slots above it.
-    pub(super) fn count_node(&mut self, node: u32, slot: u32, change: i32) {
-        let (mut at, mut slot) = (node, slot);
-        while at != NONE {
-            let node = &mut self.nodes[at];
-            let count = &mut node.nodes_below[slot as usize];
-            *count = count.wrapping_add_signed(change);
-            (at, slot) = (node.parent, node.slot);
-        }
     }
 
     fn adopt(&mut self, head: u32) {

@@ -43,12 +43,6 @@ impl Osp {
         }
     }
 
-    /// The bucket for a run with these bounds; [`NONE`] if it does not exist yet.
-    pub(super) fn bucket_for(&self, bounds: &Aabb) -> u32 {
-        let bounds = Wide::from_box(bounds);
-        if bounds.is_valid() { self.destination(bounds).bucket } else { NONE }
-    }
-
     /// The destination of a run with this box.
     #[inline]
     pub(super) fn destination(&self, bounds: Wide) -> Destination {
@@ -61,6 +55,14 @@ impl Osp {
         let straddles = leaf == NONE && level >= self.nodes[node].shift;
         let bucket = if straddles { self.nodes[node].own } else { leaf };
         Destination { key, level, node, bucket }
+    }
+
+    /// Prefetches the cache lines to which the next run of a bucket will be written.
+    fn prefetch_end_of(&self, bucket: u32) {
+        let bucket = &self.buckets[bucket];
+        let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);
+        self.pages.prefetch(bucket.last, bucket.counts[at]);
+        prefetch_lines::<3, _>(Halves::half_of(&raw const bucket.boxes, at));
     }
 
     /// Inserts a run at its destination. If `is_loose`, the run's box may be too large, and its page is queued for
@@ -119,13 +121,11 @@ impl Osp {
             let top = self.nodes.take();
             let slot = grid::octant(&at, shift + 1);
             let node_box = self.node_box(old);
-            let nodes_below = 1 + self.nodes[old].nodes_below.iter().sum::<u32>();
             let node = &mut self.nodes[top];
             (node.shift, node.key, node.parent) = (shift + 1, at, NONE);
             // The preallocated levels contain the old top already.
             node.children[slot] = Link::node(old);
             node.boxes.set(slot, &node_box);
-            node.nodes_below[slot] = nodes_below;
             (self.nodes[old].parent, self.nodes[old].slot) = (top, slot as u32);
             self.set_top(top);
         }
@@ -139,16 +139,6 @@ impl Osp {
             bounds = bounds.union(&self.chain_box(node.own));
         }
         bounds
-    }
-
-    /// A box around all polygons. It may be larger than needed.
-    pub(crate) fn around(&self) -> Aabb {
-        let rows = self.movers.groups();
-        let rows = rows.fold(self.linear.around(), |around, group| {
-            around.union(&group.boxes.around(group.lanes.into()))
-        });
-        let open = self.open.rows().around(self.open.lanes().into());
-        rows.union(&open).union(&self.node_box(self.top))
     }
 
     /// The box around a chain of buckets.
@@ -263,7 +253,7 @@ impl Osp {
 
     /// Writes a run's place into the id map.
     pub(super) fn note_place(&mut self, run: Run, place: u32) {
-        self.ids.set_place(run.first / 16, run.lanes(), place);
+        self.store.set_place(run.first / 16, run.lanes(), place);
     }
 
     /// Moves the contents of a chain's first bucket to a new second bucket, so that links to the first stay valid.
@@ -352,7 +342,7 @@ impl Osp {
     fn prefetch_places(&self, number: u32) {
         let page = &self.pages[number];
         for &first in &page.first[..usize::from(page.runs)] {
-            self.ids.prefetch_detail(first / 16);
+            self.store.prefetch_detail(first / 16);
         }
     }
 

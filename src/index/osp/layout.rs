@@ -202,21 +202,6 @@ impl Bucket {
         (self.page_count as usize).wrapping_sub(1) % 16
     }
 
-    /// Widens the box of the page at position `at` so that it contains `bounds`. Returns `false` if the box
-    /// contained `bounds` before.
-    #[inline]
-    pub(super) fn widen(&mut self, at: usize, bounds: &Aabb) -> bool {
-        if !self.boxes.widen(at, bounds) {
-            return false;
-        }
-        let wide = Wide::from_box(bounds);
-        self.bounds = self.bounds.union(wide);
-        if at == self.last_at() {
-            self.last_bounds = self.last_bounds.union(wide);
-        }
-        true
-    }
-
     /// Recomputes the copies of page data after pages have changed.
     pub(super) fn refresh(&mut self) {
         self.bounds = Wide::from_box(&self.boxes.around(self.used()));
@@ -241,8 +226,6 @@ pub(super) struct Node {
     pub(super) shift: u32,
     /// Any key in the node's cell.
     pub(super) key: Key,
-    /// For each child, the number of nodes at and below it, an estimate of its contents.
-    pub(super) nodes_below: [u32; 8],
 }
 
 impl Pooled for Node {
@@ -254,7 +237,6 @@ impl Pooled for Node {
         slot: 0,
         shift: 0,
         key: [0; 3],
-        nodes_below: [0; 8],
     };
 
     fn next_free(&self) -> u32 {
@@ -267,24 +249,6 @@ impl Pooled for Node {
 }
 
 impl Node {
-    /// Number of nodes and leaves below the node.
-    pub(super) fn weight(&self) -> u32 {
-        self.nodes_below.iter().sum::<u32>() + self.used().count_ones()
-    }
-
-    /// The child node, if the node has no other child and no straddlers.
-    #[inline]
-    pub(super) fn only_node(&self) -> Option<u32> {
-        let used = self.used();
-        if self.own != NONE || !used.is_power_of_two() {
-            return None;
-        }
-        match self.children[used.trailing_zeros() as usize].target() {
-            Target::Node(node) => Some(node),
-            _ => None,
-        }
-    }
-
     /// Mask of the slots in use.
     #[inline]
     pub(super) fn used(&self) -> u32 {

@@ -99,13 +99,8 @@ impl Osp {
         }
     }
 
-    /// Packs a few of the queued leaves. `new_runs` is the number of runs inserted since the last commit. Packs no leaf
-    /// while [`Osp::is_settling`]. Each leaf is then packed once, after all polygons of the former list are in the
-    /// tree.
+    /// Packs a few of the queued leaves. `new_runs` is the number of runs inserted since the last commit.
     pub(super) fn pack_some(&mut self, new_runs: u32) {
-        if self.is_settling {
-            return;
-        }
         for _ in 0..LEAVES_A_COMMIT + new_runs / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
             // Since the leaf was queued, it may have been removed or replaced.
@@ -206,7 +201,7 @@ mod tests {
 
     fn empty(root_m: f32) -> Osp {
         let root = Aabb::cube(Vec3::ZERO, root_m);
-        Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_linear_blocks(0)
+        Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_all_in_tree()
     }
 
     /// Inserts all boxes, with a commit after every `a_commit` polygons.
@@ -270,7 +265,8 @@ mod tests {
     fn a_commit_packs_a_share_of_what_came() {
         let mut before = 0;
         let osp = grown(empty(4.0), 500, |osp| {
-            let most = before + 500 / FEWEST_APART;
+            // A commit files whole blocks.
+            let most = before + 500 / FEWEST_APART + 2;
             assert!(osp.to_pack.len() <= most, "{} leaves wait", osp.to_pack.len());
             before = osp.to_pack.len();
         });
@@ -293,6 +289,9 @@ mod tests {
         let mut osp = empty(4.0);
         for (id, bounds) in boxes(false) {
             osp.insert(id, &bounds).expect("a finite box, each id once");
+            if id.0 % 16 == 15 {
+                osp.commit();
+            }
             assert!(osp.to_pack.is_empty());
         }
     }
@@ -302,6 +301,10 @@ mod tests {
         let mut osp = empty(4.0);
         for (id, bounds) in boxes(true) {
             osp.insert(id, &bounds).expect("a finite box, each id once");
+        }
+        // A commit would pack them.
+        for block in 0..POLYGONS / 16 {
+            osp.file(block, u16::MAX);
         }
         assert!(osp.to_pack.len() > 10);
         for id in 0..POLYGONS - 100 {

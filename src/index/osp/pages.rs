@@ -85,12 +85,6 @@ impl Pages {
         page.loose &= !(1 << lane);
     }
 
-    /// Sets a new box of a run.
-    #[inline]
-    pub(super) fn set_box(&mut self, number: u32, lane: usize, bounds: &Aabb) {
-        self.boxes[number].boxes.set(lane, bounds);
-    }
-
     /// Appends a run, whose box counts as tight, to a page that is not full; returns the run's lane.
     #[inline]
     pub(super) fn push_run(&mut self, number: u32, run: Run, bounds: &Aabb) -> usize {

@@ -8,6 +8,9 @@ pub(super) trait Pooled: Copy {
     /// Value of a new entry.
     const BLANK: Self;
 
+    /// Binary logarithm of the number of entries of a chunk.
+    const SHIFT: u32 = 8;
+
     /// The number of the next free entry, stored in a field that a free entry does not use.
     fn next_free(&self) -> u32;
 
@@ -41,9 +44,8 @@ pub(super) struct Pool<T> {
 }
 
 impl<T: Pooled> Pool<T> {
-    const SHIFT: u32 = 8;
     /// Number of entries of a chunk.
-    pub(super) const CHUNK: usize = 1 << Self::SHIFT;
+    pub(super) const CHUNK: usize = 1 << T::SHIFT;
 
     /// A pool with room for `entries` entries. The first [`TOUCHED_CHUNKS`] chunks are written to here, because the system
     /// commits memory at the first write, which would delay a frame.
@@ -94,7 +96,7 @@ impl<T: Pooled> Pool<T> {
             return i;
         }
         let i = self.len;
-        let chunk = i as usize >> Self::SHIFT;
+        let chunk = i as usize >> T::SHIFT;
         if chunk == self.chunks.len() {
             self.chunks.push(Vec::with_capacity(Self::CHUNK));
         }
@@ -120,15 +122,22 @@ impl<T: Pooled> Pool<T> {
         debug_assert!(i < self.len);
         // SAFETY: `take` has written every entry below `len`.
         unsafe {
-            let chunk = self.chunks.get_unchecked((i >> Self::SHIFT) as usize);
+            let chunk = self.chunks.get_unchecked((i >> T::SHIFT) as usize);
             chunk.get_unchecked(i as usize & (Self::CHUNK - 1))
         }
+    }
+
+    /// The entries from this one on, if they lie in one chunk.
+    #[inline]
+    pub(super) fn row(&self, i: u32, count: usize) -> Option<&[T]> {
+        let at = i as usize & (Self::CHUNK - 1);
+        self.chunks.get((i >> T::SHIFT) as usize)?.get(at..at + count)
     }
 
     /// Address of an entry, for prefetching; null if the number is beyond the pool's room.
     #[inline]
     pub(super) fn place(&self, i: u32) -> *const T {
-        let chunk = self.chunks.get((i >> Self::SHIFT) as usize);
+        let chunk = self.chunks.get((i >> T::SHIFT) as usize);
         chunk.map_or(std::ptr::null(), |chunk| chunk.as_ptr().wrapping_add(i as usize & (Self::CHUNK - 1)))
     }
 
@@ -161,13 +170,13 @@ impl<T: Pooled> std::ops::Index<u32> for Pool<T> {
 
     #[inline]
     fn index(&self, i: u32) -> &T {
-        &self.chunks[(i >> Self::SHIFT) as usize][i as usize & (Self::CHUNK - 1)]
+        &self.chunks[(i >> T::SHIFT) as usize][i as usize & (Self::CHUNK - 1)]
     }
 }
 
 impl<T: Pooled> std::ops::IndexMut<u32> for Pool<T> {
     #[inline]
     fn index_mut(&mut self, i: u32) -> &mut T {
-        &mut self.chunks[(i >> Self::SHIFT) as usize][i as usize & (Self::CHUNK - 1)]
+        &mut self.chunks[(i >> T::SHIFT) as usize][i as usize & (Self::CHUNK - 1)]
     }
 }

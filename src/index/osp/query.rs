@@ -19,10 +19,10 @@ use super::{
 };
 use crate::index::{
     WorkCounts,
-    simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, prefetch_lines},
+    simd::{Boxes, Kernel, PlaneSet, WithKernel, prefetch_lines},
 };
 
-/// A walk that finds the polygons inside the frustum, or the polygons [outside](Answer::IS_OUTSIDE).
+/// A walk over the tree that finds the polygons inside the frustum.
 pub(super) struct Cull<'a, A> {
     pub(super) osp: &'a Osp,
     /// The first node of the walk. It has to be in the tree, because unchecked reads start from it.
@@ -53,9 +53,6 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
         walk.all(self.top);
         let mut work = walk.work;
         work.reported = (walk.answer.count() - before) as u64;
-        if A::IS_OUTSIDE {
-            work.reported = self.osp.in_tree() as u64 - work.reported;
-        }
         work.taken_whole = work.reported.saturating_sub(walk.tested);
         (work, walk.answer.finish())
     }
@@ -245,9 +242,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     /// wait. Each kind of entry is processed at one point of this loop, so that the compiler inlines all functions.
     #[inline(always)]
     fn all(&mut self, top: u32) {
-        if !A::IS_OUTSIDE {
-            self.test_open_block();
-        }
         let mut nodes = List::new();
         let top = Below { number: top, planes: PlaneSet::ALL };
         // SAFETY: `top` is in the tree; see `Cull`.
@@ -295,11 +289,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
         count(&mut self.work, 8, mask);
-        let mut wanted = A::wanted(mask, sides.behind, sides.cut) & 0xFF;
+        let mut wanted = !sides.behind & 0xFF;
         while wanted != 0 {
             let child = wanted.trailing_zeros() as usize;
             wanted &= wanted - 1;
-            let planes = A::planes_of(&sides, mask, child);
+            let planes = sides.planes_at(mask, child);
             match node.children[child].target() {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.enqueue_bucket(Below { number, planes }),
@@ -312,17 +306,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         if node.own != NONE {
             self.enqueue_bucket(Below { number: node.own, planes: mask });
-        }
-    }
-
-    #[inline(always)]
-    fn test_open_block(&mut self) {
-        let lanes = u32::from(self.osp.open.lanes());
-        if lanes != 0 {
-            count(&mut self.work, lanes.count_ones(), PlaneSet::ALL);
-            let seen = lanes & !self.planes.behind_any(self.kernel, self.osp.open.rows());
-            self.answer.run(self.kernel, self.osp.open.block() * 16, seen);
-            self.tested += u64::from(seen.count_ones());
         }
     }
 
@@ -353,12 +336,12 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         let sides = self.planes.sides16(self.kernel, planes, &bucket.boxes);
         count(&mut self.work, bucket.page_count, planes);
-        let mut wanted = bucket.used() & A::wanted(planes, sides.behind, sides.cut);
+        let mut wanted = bucket.used() & !sides.behind;
         while wanted != 0 {
             let i = wanted.trailing_zeros() as usize & 15;
             wanted &= wanted - 1;
             let singles = if bucket.single >> i & 1 == 1 { bucket.counts[i] } else { 0 };
-            let planes = A::planes_of(&sides, planes, i);
+            let planes = sides.planes_at(planes, i);
             self.enqueue_page(BelowPage { number: bucket.pages[i], planes, singles });
         }
     }
@@ -438,9 +421,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             let boxes = unsafe { self.osp.known_page_boxes(number) };
             count(&mut self.work, runs, planes);
             let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
-            let used = (1 << runs) - 1;
-            self.tested += u64::from((used & !behind).count_ones());
-            self.answer.singles(self.kernel, page, A::of_run(used, behind));
+            let seen = ((1 << runs) - 1) & !behind;
+            self.tested += u64::from(seen.count_ones());
+            self.answer.singles(self.kernel, page, seen);
             return;
         }
         if planes == 0 {
@@ -455,8 +438,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // The box of a run of one polygon is the polygon's own box, so the polygon is tested already.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
-        let decided = if A::IS_OUTSIDE { page.used() & sides.behind } else { seen & (exact | !sides.cut) };
-        self.answer.lanes(self.kernel, page, decided);
+        self.answer.lanes(self.kernel, page, seen & (exact | !sides.cut));
         let cut = seen & sides.cut & !exact;
         let once = sides.cut_once(planes);
         let mut left = planes;
@@ -509,7 +491,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         for run in self.cut[list].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
             let behind = self.kernel.behind(&plane, run.boxes);
-            self.answer.run(self.kernel, run.first & !15, A::of_run(lanes, behind));
+            self.answer.run(self.kernel, run.first & !15, lanes & !behind);
             tested += u64::from((lanes & !behind).count_ones());
             count(&mut self.work, lanes.count_ones(), 1 << list);
         }
@@ -525,41 +507,13 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             let lanes = u32::from(run.mask) << (run.first % 16);
             count(&mut self.work, lanes.count_ones(), run.planes);
             let behind = self.planes.behind(self.kernel, run.planes, run.boxes);
-            self.answer.run(self.kernel, run.first & !15, A::of_run(lanes, behind));
+            self.answer.run(self.kernel, run.first & !15, lanes & !behind);
             tested += u64::from((lanes & !behind).count_ones());
         }
         self.cut[SEVERAL].len = 0;
         self.tested += tested;
     }
 }
-
-/// Selects boxes and polygons in a walk, for a search inside or outside the frustum.
-trait BoxTests: Answer {
-    /// The boxes that may contain polygons to report, after a test against the planes of `mask`. If `mask` is empty, all
-    /// boxes belong to a part that is reported as a whole.
-    #[inline(always)]
-    fn wanted(mask: u8, behind: u32, cut: u32) -> u32 {
-        match Self::IS_OUTSIDE {
-            true if mask == 0 => u32::MAX,
-            true => behind | cut,
-            false => !behind,
-        }
-    }
-
-    /// The planes left to test below a selected box; no planes if the box is reported as a whole.
-    #[inline(always)]
-    fn planes_of(sides: &Sides, mask: u8, lane: usize) -> u8 {
-        if Self::IS_OUTSIDE && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }
-    }
-
-    /// The polygons of a run that are reported after their test.
-    #[inline(always)]
-    fn of_run(lanes: u32, behind: u32) -> u32 {
-        if Self::IS_OUTSIDE { lanes & behind } else { lanes & !behind }
-    }
-}
-
-impl<A: Answer> BoxTests for A {}
 
 /// Counts tests of `boxes` boxes against each plane of `planes`.
 #[inline(always)]
@@ -575,5 +529,5 @@ pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
 #[inline(always)]
 pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
     // SAFETY: the store of a run of several polygons is in use; `validate` checks it.
-    unsafe { osp.ids.known_boxes(number) }
+    unsafe { osp.store.boxes_of_run(number) }
 }

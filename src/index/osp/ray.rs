@@ -6,10 +6,10 @@ use std::cell::Cell;
 use glam::Vec3;
 
 use super::{
-    groups::{Group, GroupIds},
     index::Osp,
     layout::Target,
     pool::NONE,
+    store::{GROUPS, Group, lanes_of},
 };
 use crate::{
     index::{
@@ -29,8 +29,8 @@ enum Candidate {
     /// A leaf, by its first bucket.
     Leaf(u32),
     Page(u32),
-    /// A block of the plain list.
-    Block(u32),
+    /// A group of blocks that are not in the tree, by its number.
+    Group(u32),
 }
 
 /// A search, nearest polygons first: for hits of a ray, or for neighbours of a point.
@@ -136,18 +136,8 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
     fn run(&mut self) {
         let osp = self.osp;
-        for Group { boxes, lanes, ids } in osp.movers.groups() {
-            self.test_lanes(ids, u32::from(lanes), boxes);
-        }
-        if osp.is_linear {
-            self.blocks();
-        }
-        let lanes = u32::from(osp.open.lanes());
-        // Without polygons, the open block may have no number.
-        if lanes != 0 {
-            self.test_lanes(GroupIds::Block(osp.open.block()), lanes, osp.open.rows());
-        }
-        if !osp.is_linear && osp.len > 0 {
+        self.unfiled();
+        if osp.store.filed() > 0 {
             // The top node has no box of its own; the boxes of its children are tested.
             self.stack.push(SearchEntry { t: 0.0, place: Candidate::Node(osp.top) });
         }
@@ -184,24 +174,42 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             }
             Candidate::Leaf(head) => self.pages_of(head),
             Candidate::Page(number) => self.test_page(number),
-            Candidate::Block(at) => {
-                let (number, lanes, boxes) = self.osp.linear.rows().block(at as usize);
-                self.test_lanes(GroupIds::Block(number), u32::from(lanes), boxes);
-            }
+            Candidate::Group(number) => self.group(self.osp.store.group(number as usize)),
         }
     }
 
-    /// Pushes the blocks of the plain list that may contain a result.
+    /// Pushes the groups of blocks that are not in the tree.
     #[inline(always)]
-    fn blocks(&mut self) {
-        let linear = &self.osp.linear;
-        for group in 0..linear.rows().groups() {
-            let blocks = (linear.len() - group * 16).min(16);
-            for (lane, t) in self.reach(&linear.rows().around_each(group), (1 << blocks) - 1).lanes() {
-                self.stack.push(SearchEntry { t, place: Candidate::Block((group * 16 + lane) as u32) });
+    fn unfiled(&mut self) {
+        for (entry, top) in self.osp.store.unfiled_shelves() {
+            let number = |group: usize| Candidate::Group((entry * GROUPS + group) as u32);
+            for group in lanes_of(top.unfiled & top.stale) {
+                self.stack.push(SearchEntry { t: 0.0, place: number(group) });
+            }
+            for (group, t) in self.reach(&top.boxes, u32::from(top.unfiled & !top.stale)).lanes() {
+                self.stack.push(SearchEntry { t, place: number(group) });
             }
         }
         self.stack.sort_unstable();
+    }
+
+    /// Searches a group of blocks that are not in the tree.
+    #[inline(always)]
+    fn group(&mut self, group: Group<'_>) {
+        let mut blocks = [(0.0, 0); 16];
+        let (around, mut count) = (group.around(), 0);
+        for (lane, t) in self.reach(&around.boxes, u32::from(around.unfiled & !around.stale)).lanes() {
+            (blocks[count], count) = ((t, lane), count + 1);
+        }
+        let fresh = &mut blocks[..count];
+        fresh.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let stale = lanes_of(around.unfiled & around.stale).map(|lane| (0.0, lane));
+        for (t, lane) in fresh.iter().copied().chain(stale) {
+            if self.search.wants(t) {
+                let (block, lanes, boxes) = group.block(lane);
+                self.test_lanes(block, u32::from(lanes), boxes);
+            }
+        }
     }
 
     #[inline(always)]
@@ -249,7 +257,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             let (run, _) = osp.pages.run(number, lane);
             let (first, lanes) = (run.first & !15, u32::from(run.lanes()));
             if !run.is_exact() {
-                self.test_lanes(GroupIds::Block(first / 16), lanes, osp.ids.boxes(run.store));
+                self.test_lanes(first / 16, lanes, osp.store.boxes(run.store));
             } else if lanes != 0 {
                 // The run's box, which was tested, is the polygon's box.
                 self.search.test(PolygonId(first + lanes.trailing_zeros()));
@@ -258,10 +266,10 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     }
 
     #[inline(always)]
-    fn test_lanes(&mut self, ids: GroupIds<'_>, lanes: u32, boxes: &Boxes<16>) {
+    fn test_lanes(&mut self, block: u32, lanes: u32, boxes: &Boxes<16>) {
         for (lane, t) in self.reach(boxes, lanes).lanes() {
             if self.search.wants(t) {
-                self.search.test(ids.id(lane));
+                self.search.test(PolygonId(block * 16 + lane as u32));
             }
         }
     }

@@ -21,13 +21,13 @@ const MOST_UPKEEP: u32 = 64;
 const UPKEEP_SHARE: u32 = 512;
 
 impl Osp {
-    /// Removes a polygon in the tree from its run.
-    pub(super) fn remove_from_run(&mut self, id: u32) {
-        let Some(place) = self.ids.place(id) else { return };
+    /// Removes a polygon in the tree from its run. Returns whether it had a run of its own.
+    pub(super) fn remove_from_run(&mut self, id: u32) -> bool {
+        let Some(place) = self.store.place(id) else { return false };
         let (page_number, lane) = (place / 16, place as usize % 16);
-        let block = id / 16;
-        self.ids.set_in_tree(block, self.ids.in_tree(block) & !(1 << (id % 16)));
+        self.store.unfile(id);
         let page = &mut self.pages[page_number];
+        let was_alone = page.masks[lane] == 1;
         page.masks[lane] &= !(1 << (id - page.first[lane]));
         page.loose |= 1 << lane;
         page.note_gaps(lane);
@@ -38,23 +38,13 @@ impl Osp {
         let bucket = &mut self.buckets[head];
         bucket.polygons -= 1;
         bucket.runs -= gone;
-        self.churn.removals += 1;
         if gone == 1 {
             self.drop_run(page_number, lane);
         }
         if gone == 1 || left.is_power_of_two() {
             self.queue_page(page_number);
         }
-    }
-
-    /// Removes a whole run from its leaf, so that it can be inserted into another leaf. Its polygons still count as
-    /// inserted.
-    pub(super) fn take_run_out(&mut self, place: u32, run: Run, head: u32) {
-        let leaf = &mut self.buckets[head];
-        leaf.polygons -= run.mask.count_ones();
-        leaf.runs -= 1;
-        self.drop_run(place / 16, place as usize % 16);
-        self.queue_page(place / 16);
+        was_alone
     }
 
     /// Removes a run; the page's last run moves to its lane.
@@ -105,7 +95,7 @@ impl Osp {
     /// Processes queued pages: as many as polygons were removed or moved, and a few more. After very many removals, the
     /// work takes several commits.
     pub(super) fn keep_up(&mut self) {
-        let most = MOST_UPKEEP.max(self.len as u32 / UPKEEP_SHARE);
+        let most = MOST_UPKEEP.max(self.store.filed() as u32 / UPKEEP_SHARE);
         for _ in 0..UPKEEP_PER_COMMIT + self.removals.min(most) {
             let page_number = self.queue;
             if page_number == NONE {
@@ -158,15 +148,11 @@ impl Osp {
             return;
         }
         self.upkeep.boxes += 1;
-        let bounds = self.ids.boxes(run.store).around(u32::from(run.lanes()));
+        let bounds = self.store.boxes(run.store).around(u32::from(run.lanes()));
         let skip = run.mask.trailing_zeros();
         (run.first, run.mask) = (run.first + skip, run.mask >> skip);
         if run.mask == 1 {
             run.store = NONE;
-            let block = run.first / 16;
-            if self.ids.in_tree(block).is_power_of_two() {
-                self.ids.drop_boxes(block);
-            }
         }
         self.pages.set_run(page_number, lane, run, &bounds);
     }
@@ -356,8 +342,6 @@ impl Osp {
         let (parent, slot, cell) = (self.nodes[node].parent, self.nodes[node].slot, self.nodes[node].key);
         let (kept, count) = self.take_runs(node);
         self.set_child(parent, slot, Link::NONE, &cell);
-        // A sparse node has no nodes below it.
-        self.count_node(parent, slot, -1);
         if count > 0 {
             let bucket = self.new_bucket(parent, slot, &cell);
             self.append_all(bucket, &kept[..count]);

@@ -3,16 +3,14 @@
 //! descends only into nodes that lie in the frustum and are partly hidden. It removes wholly hidden nodes from the
 //! result, and keeps nodes that are not hidden without reading them.
 
-use std::ops::Range;
-
-use super::{index::Osp, layout::Target, pool::NONE, rows::Rows};
+use super::{index::Osp, layout::Target, pool::NONE, store::Group};
 use crate::{
     index::{
         Thinner, Visit,
         simd::{Boxes, Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::{BLOCK, PolygonId, VisibleBlocks},
+    polygon::VisibleBlocks,
 };
 
 /// Greatest number of polygons of a run.
@@ -40,18 +38,10 @@ impl WithKernel for Thin<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) {
         let osp = self.osp;
-        self.rows(osp.movers.own_rows());
-        let (ids, lanes, boxes) = osp.movers.shared_rows();
-        for ((ids, &lanes), boxes) in ids.iter().zip(lanes).zip(boxes) {
-            self.shared(ids, lanes, boxes);
+        for group in osp.store.unfiled_groups() {
+            self.group(group);
         }
-        if osp.is_linear {
-            self.rows(osp.linear.rows());
-            return;
-        }
-        let (open, lanes) = (osp.open.block(), osp.open.lanes());
-        self.block(open, lanes, || osp.open.rows().around(u32::from(lanes)), osp.open.rows());
-        let polygons = osp.len - osp.open.lanes().count_ones() as usize;
+        let polygons = osp.store.filed();
         match self.test(&osp.node_box(osp.top), polygons) {
             Visit::Take => {}
             Visit::Skip => self.hide_node(osp.top),
@@ -69,82 +59,47 @@ impl Thin<'_> {
         self.thinner.node(bounds, polygons)
     }
 
-    /// How many neighbouring blocks share a test, so that it covers `least` polygons.
-    fn together(&self) -> usize {
-        self.least.div_ceil(RUN).next_power_of_two()
-    }
-
-    /// Tests each group of blocks. In a partly hidden group, tests single blocks, or several neighbouring blocks at
-    /// once if a test requires more polygons.
-    fn rows(&mut self, rows: &Rows) {
-        let together = self.together();
-        for group in 0..rows.groups() {
-            let blocks = (rows.len() - group * BLOCK).min(BLOCK);
-            let each = rows.around_each(group);
-            let hide = |visible: &mut VisibleBlocks, places: Range<usize>| {
-                for at in places {
-                    let (number, lanes, _) = rows.block(group * BLOCK + at);
-                    visible.remove_block(number as usize, lanes);
-                }
-            };
-            let test = |thin: &mut Self, places: Range<usize>| {
-                let (mut around, mut polygons, mut seen) = (Aabb::EMPTY, 0, 0);
-                for at in places {
-                    let (number, lanes, _) = rows.block(group * BLOCK + at);
-                    polygons += lanes.count_ones() as usize;
-                    seen |= thin.visible.mask(number as usize) & lanes;
-                    around = around.union(&each.get(at));
-                }
-                if seen == 0 { Visit::Take } else { thin.test(&around, polygons) }
-            };
-            match test(self, 0..blocks) {
-                Visit::Take => {}
-                Visit::Skip => hide(self.visible, 0..blocks),
-                Visit::Descend if together == 1 => {
-                    for at in group * BLOCK..group * BLOCK + blocks {
-                        let (number, lanes, boxes) = rows.block(at);
-                        self.block(number, lanes, || rows.around(at), boxes);
-                    }
-                }
-                Visit::Descend => {
-                    for start in (0..blocks).step_by(together) {
-                        let places = start..(start + together).min(blocks);
-                        if test(self, places.clone()) == Visit::Skip {
-                            hide(self.visible, places);
-                        }
+    /// Tests a group of blocks that are not in the tree. In a partly hidden group, tests single blocks, or several
+    /// neighbouring blocks at once if a test requires more polygons.
+    fn group(&mut self, group: Group<'_>) {
+        match self.blocks(group.blocks(), group.bounds()) {
+            Visit::Take => {}
+            Visit::Skip => self.hide(group.blocks()),
+            Visit::Descend => {
+                // Neighbouring blocks share a test, so that it covers `least` polygons.
+                let together = self.least.div_ceil(RUN).next_power_of_two();
+                for start in (0..RUN).step_by(together) {
+                    let part = group.blocks().skip(start).take(together);
+                    match self.blocks(part.clone(), None) {
+                        Visit::Take => {}
+                        Visit::Skip => self.hide(part),
+                        Visit::Descend if together > 1 => {}
+                        answer => part.for_each(|(block, lanes, boxes)| {
+                            self.answered(block, lanes, answer, |lane| boxes.get(lane));
+                        }),
                     }
                 }
             }
         }
     }
 
-    /// Tests the polygons `lanes` of a block that is not in the tree.
-    fn block(&mut self, number: u32, lanes: u16, around: impl FnOnce() -> Aabb, boxes: &Boxes<16>) {
-        let seen = if lanes == 0 { 0 } else { lanes & self.visible.mask(number as usize) };
-        if seen != 0 {
-            let answer = self.test(&around(), lanes.count_ones() as usize);
-            self.answered(number, lanes, answer, |lane| boxes.get(lane));
+    /// Tests blocks together, by a box around them or else by their polygons' boxes.
+    fn blocks<'b>(
+        &mut self,
+        blocks: impl Iterator<Item = (u32, u16, &'b Boxes<16>)> + Clone,
+        bounds: Option<Aabb>,
+    ) -> Visit {
+        if !blocks.clone().any(|(block, lanes, _)| lanes & self.visible.mask(block as usize) != 0) {
+            return Visit::Take;
         }
+        let polygons = blocks.clone().map(|(_, lanes, _)| lanes.count_ones() as usize).sum();
+        let around =
+            || blocks.fold(Aabb::EMPTY, |all, (_, lanes, boxes)| all.union(&boxes.around(lanes.into())));
+        self.test(&bounds.unwrap_or_else(around), polygons)
     }
 
-    /// Tests a shared group, whose polygons may belong to any blocks.
-    fn shared(&mut self, ids: &[u32; BLOCK], lanes: u16, boxes: &Boxes<BLOCK>) {
-        let is_seen = |lane: &usize| lanes >> lane & 1 == 1 && self.visible.contains(PolygonId(ids[*lane]));
-        let (mut seen, mut of, mut own, mut around) = (0, [0; RUN], [Aabb::EMPTY; RUN], Aabb::EMPTY);
-        for lane in (0..BLOCK).filter(is_seen) {
-            (of[seen], own[seen]) = (ids[lane], boxes.get(lane));
-            around = around.union(&own[seen]);
-            seen += 1;
-        }
-        let hidden = match self.test(&around, seen) {
-            Visit::Take => 0,
-            Visit::Skip => u16::MAX,
-            Visit::Descend if !self.thinner.tests_polygons() => 0,
-            Visit::Descend => self.thinner.hidden_of(&own[..seen]),
-        };
-        for (_, id) in of[..seen].iter().enumerate().filter(|(at, _)| hidden >> at & 1 == 1) {
-            self.visible.remove_block(*id as usize / BLOCK, 1 << (id % BLOCK as u32));
-        }
+    fn hide<'b>(&mut self, blocks: impl Iterator<Item = (u32, u16, &'b Boxes<16>)>) {
+        blocks.for_each(|(block, lanes, _)| self.visible.remove_block(block as usize, lanes));
     }
 
     /// Applies the result of the occlusion test to polygons of a block.
@@ -255,7 +210,7 @@ impl Thin<'_> {
                 if run.is_exact() {
                     self.answered(block, lanes, answer, |_| bounds);
                 } else {
-                    let boxes = osp.ids.boxes(run.store);
+                    let boxes = osp.store.boxes(run.store);
                     self.answered(block, lanes, answer, |lane| boxes.get(lane));
                 }
             }

@@ -34,17 +34,12 @@ pub(super) const RUN_STRETCH: f32 = 1.5;
 /// Number of pages that a commit's upkeep processes even if nothing was removed.
 pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 
-/// Largest number of blocks of sixteen ids in the plain list. If it is larger, queries and changes of small models are
-/// faster, until a tree saves more tests than it costs. The change that moves all blocks to the tree takes longer.
-pub(super) const LINEAR_BLOCKS: usize = 224;
+/// Largest number of groups of 256 ids that a plane cuts, for a query by the walk in the order of the ids. If it is larger,
+/// polygons that are not drawn in the order of space take longer; if it is smaller, drawn polygons do.
+pub(super) const MOST_IN_ORDER: usize = 128;
 
-/// Factor by which the plain list may be longer if its polygons are scattered and only a few are inserted in each
-/// frame. Testing all of them then costs less than insertion into a tree and packing. If it is larger, frames with most
-/// polygons out of view take longer.
-pub(super) const SCATTERED_FACTOR: usize = 3;
-
-/// Least number of commits without a move of a polygon, before the polygon returns to the tree.
-pub(super) const RESTING_COMMITS: u32 = 32;
+/// The same if the polygons are scattered. Then a cut group is tested block by block.
+pub(super) const MOST_IN_ORDER_SCATTERED: usize = 16;
 
 /// Largest number of runs of a leaf that is packed. If it is larger, the tree has fewer leaves and fuller pages, and frames
 /// that pack a leaf take longer.

@@ -14,11 +14,10 @@
 use std::ops::Range;
 
 use super::{
-    answer::{Answer, Blocks, Filling},
     index::Osp,
     layout::{Bucket, Page, PageBoxes, Target},
     pair_sets::{BOTH, Sets},
-    plan::{Plan, holds_all},
+    plan::with_seen,
     pool::NONE,
     query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, QUEUE, SEVERAL, STACK, WorkQueue, count, store_of},
 };
@@ -47,19 +46,17 @@ impl Osp {
         let mut at = 0;
         while at < views {
             match (&frusta[at..views], &mut visible[at..views]) {
-                // A plain list is so short that each view tests it separately.
-                ([a, b, ..], [first, second, ..]) if !self.is_linear && are_alike(a, b) => {
-                    let planes = PlaneSet::new(a);
-                    let planned = self.plan(a, &planes);
-                    if planned.1 == Plan::Outside {
-                        // If most polygons are in view, a separate search for the others is faster for each eye.
-                        work += self.cull_blocks_by(&planes, planned, first);
-                        at += 1;
+                ([a, b, ..], [first, second, ..]) if !self.store.are_scattered() && are_alike(a, b) => {
+                    let planes = [PlaneSet::new(a), PlaneSet::new(b)];
+                    if with_seen(|seen| self.is_in_order(&planes[0], seen)) {
+                        work += self.cull_blocks(a, first);
+                        work += self.cull_blocks(b, second);
                     } else {
-                        work += planned.2;
-                        work += self.cull_pair([planes, PlaneSet::new(b)], [first, second]);
-                        at += 2;
+                        work += self.cull_pair(&planes, [&mut *first, &mut *second]);
+                        work += self.cull_unfiled(&planes[0], first);
+                        work += self.cull_unfiled(&planes[1], second);
                     }
+                    at += 2;
                 }
                 _ => {
                     work += self.cull_blocks(&frusta[at], &mut visible[at]);
@@ -70,16 +67,15 @@ impl Osp {
         work
     }
 
-    fn cull_pair(&self, planes: [PlaneSet; 2], visible: [&mut VisibleBlocks; 2]) -> WorkCounts {
+    fn cull_pair(&self, planes: &[PlaneSet; 2], visible: [&mut VisibleBlocks; 2]) -> WorkCounts {
         let mut same = 0;
         for plane in 0..6 {
             same |= u8::from(planes[0].plane(plane).has_normal_of(&planes[1].plane(plane))) << plane;
         }
-        let end = self.ids_end();
+        let end = self.store.ids_end();
         let [first, second] = visible;
         let masks = [first.masks_for(end), second.masks_for(end)];
-        let (work, span, [of_first, of_second]) =
-            self.backend.run(Pair { osp: self, planes: &planes, same, masks });
+        let (work, span, [of_first, of_second]) = self.backend.run(Pair { osp: self, planes, same, masks });
         first.note_filled(span.clone(), of_first);
         second.note_filled(span, of_second);
         work
@@ -222,24 +218,9 @@ impl<'a, K: Kernel> Walk<'a, K> {
     /// `query.rs`.
     #[inline(always)]
     fn all(&mut self) {
-        self.test_open_block();
         let mut nodes: List<Below, STACK> = List::new();
         // SAFETY: the top node is in the tree.
         let top = unsafe { self.osp.known_node(self.osp.top) };
-        let is_dense = self.osp.ids.entries() <= self.osp.len;
-        let [first, second] = self.planes;
-        if is_dense
-            && holds_all(self.osp, self.kernel, first, top, &mut self.work)
-            && holds_all(self.osp, self.kernel, second, top, &mut self.work)
-        {
-            // Both eyes see all polygons. The id map yields them in order, so the tree is not read.
-            let mut all = Blocks::new(self.answers.masks[0]);
-            all.all(self.kernel, &self.osp.ids);
-            let (blocks, polygons) = all.finish();
-            self.answers.note(blocks.start, blocks.end);
-            self.answers.found.iter_mut().for_each(|found| *found += polygons);
-            return;
-        }
         let below = Below { number: self.osp.top, planes: PlaneSet::ALL, eyes: BOTH };
         if !self.osp.is_flat {
             nodes.push(below);
@@ -274,21 +255,6 @@ impl<'a, K: Kernel> Walk<'a, K> {
                     return;
                 }
             }
-        }
-    }
-
-    #[inline(always)]
-    fn test_open_block(&mut self) {
-        let lanes = u32::from(self.osp.open.lanes());
-        if lanes != 0 {
-            count(&mut self.work, 2 * lanes.count_ones(), PlaneSet::ALL);
-            let rows = self.osp.open.rows();
-            // There are no closures around the kernel, because they would not be compiled for its instruction set.
-            let behind =
-                [self.planes[0].behind_any(self.kernel, rows), self.planes[1].behind_any(self.kernel, rows)];
-            let seen = [lanes & !behind[0], lanes & !behind[1]];
-            self.answers.add_each(self.osp.open.block() as usize, seen);
-            self.tested = self.answers.count() as u64;
         }
     }
 

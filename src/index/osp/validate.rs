@@ -5,6 +5,7 @@ use super::{
     index::Osp,
     layout::{Bucket, Link, OWN, Target},
     pool::NONE,
+    store::BLOCKS,
 };
 use crate::math::Aabb;
 
@@ -25,15 +26,7 @@ macro_rules! ensure {
 
 impl Osp {
     pub(super) fn check(&self) -> Result<(), String> {
-        self.movers.check()?;
-        for group in self.movers.groups() {
-            for id in (0..16).filter(|lane| group.lanes >> lane & 1 == 1).map(|lane| group.ids.id(lane)) {
-                let block = id.0 / 16;
-                let in_tree = self.ids.in_tree(block) | self.open_lanes(block);
-                let is_twice = in_tree >> (id.0 % 16) & 1 == 1 || self.is_linear && self.linear.holds(id.0);
-                ensure!(!is_twice, "polygon {} moves and is in the tree", id.0);
-            }
-        }
+        self.check_store()?;
         let mut pages = 0;
         let mut buckets = 0;
         let mut nodes = 0;
@@ -59,28 +52,8 @@ impl Osp {
             "{pages}+{released} pages found, {} in use",
             self.pages.live()
         );
-        let open = self.open.lanes().count_ones() as usize;
-        if self.is_linear {
-            let in_tree = (found.polygons as usize + open, self.ids.blocks(), self.pages.live());
-            ensure!(
-                in_tree == (0, 0, 0),
-                "{in_tree:?} polygons, blocks and pages in the tree of a plain list"
-            );
-            ensure!(self.linear.len() <= self.list_blocks, "the plain list is too long");
-            return self.linear.check(self.len);
-        }
-        ensure!(self.linear.len() == 0, "a tree, and polygons in the plain list");
-        let blocks = self.ids.shelves().flat_map(|(_, masks)| masks).filter(|&&mask| mask != 0).count();
-        ensure!(blocks == self.ids.blocks(), "{blocks} blocks in use, {} counted", self.ids.blocks());
-        let total = found.polygons as usize + open;
-        ensure!(total == self.len, "{total} polygons found, {} counted", self.len);
-        let masks = self.ids.shelves().flat_map(|(_, masks)| masks);
-        let in_tree: usize = masks.map(|mask| mask.count_ones() as usize).sum();
-        ensure!(
-            in_tree == found.polygons as usize,
-            "{in_tree} ids in the tree, {} polygons in runs",
-            found.polygons
-        );
+        let filed = self.store.filed();
+        ensure!(filed == found.polygons as usize, "{filed} polygons filed, {} in runs", found.polygons);
         if let Some(entry) = Grid::flat_entry(self.flat_levels, &top.key, top.shift) {
             let link = Link::from_bits(self.flat[entry]);
             ensure!(link == Link::node(self.top), "preallocated cell {entry} does not lead to the top");
@@ -88,6 +61,59 @@ impl Osp {
         let linked = self.flat.iter().filter(|&&bits| Link::from_bits(bits) != Link::NONE).count();
         let reached = self.count_flat(self.top);
         ensure!(linked == reached, "{linked} preallocated cells in use, {reached} reached");
+        Ok(())
+    }
+
+    /// Checks the masks and boxes of the store.
+    fn check_store(&self) -> Result<(), String> {
+        let (mut polygons, mut blocks, mut unfiled) = (0, 0, 0);
+        for (first, shelf) in self.store.shelves() {
+            let entry = first as usize / BLOCKS;
+            let top = &self.store.tops[entry / 16];
+            let lane = entry % 16;
+            let bits = [top.used, top.unfiled, top.stale].map(|mask| mask >> lane & 1 == 1);
+            let of_shelf = [shelf.top.used, shelf.top.unfiled, shelf.top.stale].map(|mask| mask != 0);
+            ensure!(bits == of_shelf, "shelf {entry}: {bits:?} above, {of_shelf:?} below");
+            for (group, around) in shelf.groups.iter().enumerate() {
+                let bits =
+                    [shelf.top.used, shelf.top.unfiled, shelf.top.stale].map(|mask| mask >> group & 1 == 1);
+                let of_group = [around.used, around.unfiled, around.stale].map(|mask| mask != 0);
+                ensure!(bits == of_group, "group {group} of shelf {entry}: {bits:?}, {of_group:?}");
+                let mut of_blocks = Aabb::EMPTY;
+                for lane in 0..16 {
+                    let block = group * 16 + lane;
+                    let (live, filed, moved) = (shelf.live[block], shelf.filed[block], shelf.moved[block]);
+                    let bit = |mask: u16| mask >> lane & 1 == 1;
+                    ensure!(
+                        filed & !live == 0 && moved & !live == 0,
+                        "block {block}: filed or moved, not live"
+                    );
+                    let is_right = (bit(around.used), bit(around.unfiled)) == (live != 0, live != filed);
+                    ensure!(is_right, "block {block} of shelf {entry} is marked wrongly");
+                    let is_waiting = bit(shelf.waiting[group]) || !self.residence.is_tree_needed;
+                    ensure!(live == filed || is_waiting, "block {block} will not be examined");
+                    if live == 0 {
+                        continue;
+                    }
+                    let bounds = self.store.known_boxes(shelf, block).around(live.into());
+                    ensure!(
+                        bit(around.stale) || around.boxes.get(lane).contains(&bounds),
+                        "the box around block {block} is too small"
+                    );
+                    of_blocks = of_blocks.union(&around.boxes.get(lane));
+                    (polygons, blocks) = (polygons + live.count_ones() as usize, blocks + 1);
+                    unfiled += usize::from(live != filed);
+                }
+                let is_right = around.stale != 0 || shelf.top.boxes.get(group).contains(&of_blocks);
+                ensure!(is_right, "the box around group {group} of shelf {entry} is too small");
+            }
+            let of_groups = shelf.top.boxes.around(shelf.top.used.into());
+            let is_right = shelf.top.stale != 0 || top.boxes.get(lane).contains(&of_groups);
+            ensure!(is_right, "the box around shelf {entry} is too small");
+        }
+        let found = (polygons, blocks, unfiled);
+        let counted = (self.store.len(), self.store.blocks(), self.store.unfiled_blocks());
+        ensure!(found == counted, "{found:?} polygons, blocks and unfiled blocks; {counted:?} counted");
         Ok(())
     }
 
@@ -148,18 +174,9 @@ impl Osp {
                         "node {below} is in the wrong cell"
                     );
                     ensure!(bounds.contains(&self.node_box(below)), "the box of node {below} is too small");
-                    let before = *nodes;
-                    let found = self.check_node(below, nodes, buckets, pages)?;
-                    let (there, counted) = (*nodes - before, node.nodes_below[slot as usize]);
-                    ensure!(there == counted, "{there} nodes below node {number}, {counted} counted");
-                    found
+                    self.check_node(below, nodes, buckets, pages)?
                 }
             };
-            let is_node = matches!(node.children[slot as usize].target(), Target::Node(_));
-            ensure!(
-                is_node || node.nodes_below[slot as usize] == 0,
-                "node {number} counts nodes that are gone"
-            );
             if let Some(entry) = Grid::flat_entry(self.flat_levels, &cell, node.shift - 1) {
                 let link = Link::from_bits(self.flat[entry]);
                 ensure!(link == node.children[slot as usize], "preallocated cell {entry} leads elsewhere");
@@ -242,7 +259,7 @@ impl Osp {
                 run.lanes() >> (run.first % 16) == run.mask,
                 "page {number}: run {lane} is of two blocks"
             );
-            let store = self.ids.store(run.first / 16);
+            let store = self.store.number(run.first / 16);
             ensure!(
                 exact || store == run.store,
                 "page {number}: run {lane} has another store than its block"
@@ -250,11 +267,12 @@ impl Osp {
             polygons += run.mask.count_ones();
             let mut all = Aabb::EMPTY;
             for id in (0..16).filter(|bit| run.mask >> bit & 1 == 1).map(|bit| run.first + bit) {
-                let in_tree = self.ids.in_tree(id / 16) >> (id % 16) & 1 == 1;
+                let in_tree = self.store.filed_lanes(id / 16) >> (id % 16) & 1 == 1;
                 ensure!(in_tree, "polygon {id} is in a run, but not in the tree");
-                let place = self.ids.place(id);
+                let place = self.store.place(id);
                 ensure!(place == Some(number * 16 + lane as u32), "polygon {id} is said to be at {place:?}");
-                let own = if exact { run_box } else { self.ids.boxes(store).get(id as usize % 16) };
+                let own = self.store.boxes(store).get(id as usize % 16);
+                ensure!(!exact || own == run_box, "polygon {id} has another box than its run");
                 ensure!(own.is_valid(), "polygon {id} has the box {own:?}");
                 ensure!(run_box.contains(&own), "polygon {id} extends beyond the box of its run");
                 all = all.union(&own);

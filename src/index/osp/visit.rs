@@ -1,13 +1,8 @@
 //! The walk that passes nodes, leaves, pages and runs to a visitor.
 
-use super::{
-    groups::{Group, GroupIds},
-    index::Osp,
-    layout::Target,
-    pool::NONE,
-};
+use super::{index::Osp, layout::Target, pool::NONE, store::Group};
 use crate::{
-    index::{Node, Visit, Visitor, WorkCounts, simd::Boxes},
+    index::{Node, Visit, Visitor, WorkCounts},
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
@@ -33,22 +28,10 @@ struct Part {
 impl Osp {
     pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut walk = Walk { osp: self, frustum, visitor, work: WorkCounts::default() };
-        for Group { boxes, lanes, ids } in self.movers.groups() {
-            walk.block(ids, lanes, boxes.around(u32::from(lanes)), boxes);
+        for group in self.store.unfiled_groups() {
+            walk.group(group);
         }
-        if self.is_linear {
-            for (at, (number, lanes, boxes)) in self.linear.rows().blocks().enumerate() {
-                walk.block(GroupIds::Block(number), lanes, self.linear.rows().around(at), boxes);
-            }
-            return walk.work;
-        }
-        let lanes = self.open.lanes();
-        if lanes != 0 {
-            let bounds = self.open.rows().around(u32::from(lanes));
-            walk.block(GroupIds::Block(self.open.block()), lanes, bounds, self.open.rows());
-        }
-        let bounds = self.node_box(self.top);
-        let polygons = self.len - self.open.lanes().count_ones() as usize;
+        let (bounds, polygons) = (self.node_box(self.top), self.store.filed());
         let part = Part { bounds, depth: 0, polygons, is_leaf: false };
         walk.node(self.top, &part, PlaneMask::ALL, Visit::Descend);
         walk.work
@@ -81,12 +64,20 @@ impl Walk<'_> {
         }
     }
 
-    /// Visits polygons that are not in the tree, as a leaf of depth 0.
-    fn block(&mut self, ids: GroupIds<'_>, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
-        let polygons = lanes.count_ones() as usize;
-        let part = Part { bounds, depth: 0, polygons, is_leaf: true };
-        if let Some((mask, answer)) = self.decide(&part, PlaneMask::ALL, Visit::Descend) {
-            self.polygons(ids, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
+    /// Visits a group of blocks that are not in the tree: a node of depth 0, with the blocks as its leaves.
+    fn group(&mut self, group: Group<'_>) {
+        let polygons = group.blocks().map(|(_, lanes, _)| lanes.count_ones() as usize).sum();
+        let stale = || group.blocks().map(|(_, lanes, boxes)| boxes.around(lanes.into()));
+        let around = || stale().fold(Aabb::EMPTY, |all, of_block| all.union(&of_block));
+        let bounds = group.bounds().unwrap_or_else(around);
+        let part = Part { bounds, depth: 0, polygons, is_leaf: false };
+        let Some((mask, answer)) = self.decide(&part, PlaneMask::ALL, Visit::Descend) else { return };
+        for (block, lanes, boxes) in group.blocks() {
+            let (bounds, polygons) = (boxes.around(lanes.into()), lanes.count_ones() as usize);
+            let part = Part { bounds, depth: 1, polygons, is_leaf: true };
+            if let Some((mask, answer)) = self.decide(&part, mask, answer) {
+                self.polygons(block, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
+            }
         }
     }
 
@@ -144,10 +135,10 @@ impl Walk<'_> {
             let part = Part { bounds, depth: part.depth + 1, polygons, is_leaf: true };
             let Some((mask, answer)) = self.decide(&part, mask, answer) else { continue };
             if run.is_exact() {
-                self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, answer, |_| bounds);
+                self.polygons(first / 16, lanes, PlaneMask::NONE, answer, |_| bounds);
             } else {
-                let boxes = self.osp.ids.boxes(run.store);
-                self.polygons(GroupIds::Block(first / 16), lanes, mask, answer, |lane| boxes.get(lane));
+                let boxes = self.osp.store.boxes(run.store);
+                self.polygons(first / 16, lanes, mask, answer, |lane| boxes.get(lane));
             }
         }
     }
@@ -184,12 +175,10 @@ impl Walk<'_> {
                 let (lanes, first) = (u32::from(run.lanes()), run.first & !15);
                 if run.is_exact() {
                     // The run's box, which the visitor got, is the polygon's box.
-                    self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, Visit::Take, |_| {
-                        bounds
-                    });
+                    self.polygons(first / 16, lanes, PlaneMask::NONE, Visit::Take, |_| bounds);
                 } else {
-                    let boxes = osp.ids.boxes(run.store);
-                    self.polygons(GroupIds::Block(first / 16), lanes, mask, answer, |lane| boxes.get(lane));
+                    let boxes = osp.store.boxes(run.store);
+                    self.polygons(first / 16, lanes, mask, answer, |lane| boxes.get(lane));
                 }
             }
         }
@@ -198,7 +187,7 @@ impl Walk<'_> {
     /// Passes to the visitor those polygons of a run that no remaining plane excludes.
     fn polygons(
         &mut self,
-        of: GroupIds<'_>,
+        block: u32,
         lanes: u32,
         mask: PlaneMask,
         decision: Visit,
@@ -217,7 +206,7 @@ impl Walk<'_> {
                 containment != Containment::Outside
             };
             if seen {
-                ids[count] = of.id(lane as usize);
+                ids[count] = PolygonId(block * 16 + lane);
                 count += 1;
             }
         }

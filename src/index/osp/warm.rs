@@ -13,13 +13,13 @@ use crate::{
 
 static ONCE: Once = Once::new();
 
-/// Number of polygons of the small model. It is enough for a list that becomes a tree, and for a leaf that is split.
-const POLYGONS: u32 = 400;
+/// Number of polygons of the small model. It is enough for a tree, and for a leaf that is split.
+const POLYGONS: u32 = 1024;
 /// Number of polygons of a frame.
 const A_FRAME: u32 = 16;
 
 impl Osp {
-    /// Grows a small model and queries it in each frame. Otherwise the frame in which a list becomes a tree would wait
+    /// Grows a small model and queries it in each frame. Otherwise the frame in which the tree gets its first leaf would wait
     /// until the system and the processor have loaded this code. Only the first call in a process does anything.
     pub(super) fn warm_up(backend: Backend) {
         ONCE.call_once(|| grow(backend));
@@ -28,7 +28,7 @@ impl Osp {
 
 fn grow(backend: Backend) {
     let config = IndexConfig { root: Aabb::cube(Vec3::ZERO, 2.0), capacity: POLYGONS as usize };
-    let mut index = Osp::empty(&config, backend).with_linear_blocks(BLOCK);
+    let mut index = Osp::empty(&config, backend).with_most_in_order(0);
     // These planes cut the model, so that nodes, leaves and runs are tested.
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|normal| Plane { normal, d: 0.5 });
     let view = Frustum::new([x, y, z, x, y, z]);

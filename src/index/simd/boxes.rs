@@ -104,13 +104,6 @@ impl Halves {
         self.0[lane / 8].set_wide(lane % 8, bounds);
     }
 
-    /// Widens the box of a lane so that it contains `bounds`. Returns false if the box contained `bounds`
-    /// before.
-    #[inline]
-    pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
-        self.0[lane / 8].widen(lane % 8, bounds)
-    }
-
     /// The box around the boxes in the lanes of `mask`, which is below `2^16`.
     #[inline]
     pub(crate) fn around(&self, mask: u32) -> Aabb {

@@ -97,26 +97,6 @@ impl<'a> IdWriter<'a> {
         }
     }
 
-    /// Appends the ids in the masks `seen` of at most sixteen blocks with these numbers.
-    #[inline(always)]
-    pub(crate) fn push_numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; 16]) {
-        self.make_room(0);
-        for (&number, &seen) in numbers.iter().zip(seen) {
-            // SAFETY: sixteen blocks take at most 256 entries, so sixteen are left for each.
-            self.len += kernel.write_ids(number * 16, u32::from(seen), unsafe { self.entries(0) });
-        }
-    }
-
-    /// Appends the ids whose lanes are set in `seen`, from at most sixteen groups of ids.
-    #[inline(always)]
-    pub(crate) fn push_groups<K: Kernel>(&mut self, kernel: K, groups: &[[u32; 16]], seen: &[u16; 16]) {
-        self.make_room(0);
-        for (ids, &seen) in groups.iter().zip(seen) {
-            // SAFETY: sixteen groups take at most 256 entries, so sixteen are left for each.
-            self.len += kernel.pack(ids, u32::from(seen), unsafe { self.entries(0) });
-        }
-    }
-
     /// Appends `count` consecutive ids from `first` on, at least sixteen.
     #[inline(always)]
     pub(crate) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {

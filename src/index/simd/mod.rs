@@ -41,7 +41,7 @@ pub(crate) use eye_boxes::EyeBoxes;
 pub(crate) use id_writer::PageRuns;
 pub use id_writer::{IdWriter, ROOM_BEHIND};
 pub use kernel::{Kernel, WithKernel};
-pub(crate) use planes::Sides;
+pub use planes::Sides;
 pub use planes::{PlaneLanes, PlaneSet};
 pub(crate) use prefetch::prefetch;
 pub use prefetch::prefetch_lines;

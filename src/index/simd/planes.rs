@@ -32,7 +32,7 @@ impl PlaneSet {
     /// Positions of sixteen boxes, in halves of eight, relative to the planes of `mask`.
     #[inline(always)]
     pub(crate) fn sides16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> Sides {
-        let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
+        let mut all = Sides::NONE;
         let mut left = mask;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
@@ -63,7 +63,7 @@ impl PlaneSet {
     /// rest is unspecified.
     #[inline(always)]
     pub fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
-        let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
+        let mut all = Sides::NONE;
         let mut left = mask;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
@@ -77,21 +77,10 @@ impl PlaneSet {
         all
     }
 
-    /// Whether all boxes in the lanes of `used` lie inside every plane.
-    #[inline(always)]
-    pub(crate) fn hold<K: Kernel>(&self, kernel: K, boxes: &Boxes<8>, used: u32) -> bool {
-        for plane in &self.planes {
-            if used & !kernel.sides(plane, boxes, 0).1 != 0 {
-                return false;
-            }
-        }
-        true
-    }
-
     /// Positions of eight boxes relative to the planes of `mask`.
     #[inline(always)]
     pub fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
-        let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
+        let mut all = Sides::NONE;
         let mut left = mask;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
@@ -106,23 +95,6 @@ impl PlaneSet {
     #[inline(always)]
     pub fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
         kernel.behind_any(&self.planes, boxes)
-    }
-
-    /// The planes for which a box does not lie wholly on the inner side, and their number. The rest of the array is
-    /// unspecified.
-    #[inline(always)]
-    pub(crate) fn cutting(&self, bounds: &Aabb) -> ([PreparedPlane; 6], usize) {
-        let (min, max) = (bounds.min, bounds.max);
-        let rows = [min.x, min.y, min.z, max.x, max.y, max.z];
-        let (mut planes, mut count) = (self.planes, 0);
-        for plane in &self.planes {
-            let at = |axis: usize| plane.normal[axis] * rows[plane.near[axis] / 8 % 6];
-            let distance = ((at(0) + at(1)) + at(2)) + plane.d;
-            planes[count] = *plane;
-            let is_inside = distance >= 0.0;
-            count += usize::from(!is_inside);
-        }
-        (planes, count)
     }
 
     /// One of the planes.
@@ -204,6 +176,16 @@ pub struct Sides {
 }
 
 impl Sides {
+    /// The result of no test: no box is behind or cut.
+    pub(crate) const NONE: Self = Self { behind: 0, cut: 0, cut_by: [0; 6] };
+
+    /// The planes of `mask` that cut one of these boxes.
+    #[inline(always)]
+    pub(crate) fn cutting(&self, mask: u8, boxes: u32) -> u8 {
+        let by = |plane: usize| u8::from(self.cut_by[plane] & boxes != 0) << plane;
+        mask & (by(0) | by(1) | by(2) | by(3) | by(4) | by(5))
+    }
+
     /// The boxes that exactly one plane of `mask` cuts.
     #[inline(always)]
     pub(crate) fn cut_once(&self, mask: u8) -> u32 {

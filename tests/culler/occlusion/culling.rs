@@ -24,7 +24,7 @@ fn inserted(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
     let config = IndexConfig::default();
     // With the default limit, so few polygons would stay a plain list.
     let mut index: Box<dyn SpatialIndex> = match kind {
-        IndexKind::Osp => Box::new(Osp::new(&config).with_linear_blocks(16)),
+        IndexKind::Osp => Box::new(Osp::new(&config).with_all_in_tree()),
         _ => kind.create(&config),
     };
     file(&mut *index, &told.scene, &told.changes);

@@ -13,8 +13,7 @@ use osp::{
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
 
 fn tree_of(boxes: &[(PolygonId, Aabb)], root: Aabb) -> Osp {
-    // Scattered polygons are a tree, too.
-    let mut osp = Osp::new(&IndexConfig { root, capacity: boxes.len() }).with_linear_blocks(8);
+    let mut osp = Osp::new(&IndexConfig { root, capacity: boxes.len() }).with_all_in_tree();
     for chunk in boxes.chunks(16) {
         for (id, bounds) in chunk {
             osp.insert(*id, bounds).expect("finite boxes, each id once");
@@ -125,7 +124,7 @@ fn ten_thousand_rounds_of_erase_and_redraw_leave_no_trace() {
     const STROKE: usize = 40;
     let mut rng = Rng(9);
     let pattern = drawn(STROKES * STROKE * 4, 10);
-    let mut osp = Osp::new(&IndexConfig { root: root(), capacity: STROKES * STROKE });
+    let mut osp = Osp::new(&IndexConfig { root: root(), capacity: STROKES * STROKE }).with_most_in_order(0);
     let mut strokes = std::collections::VecDeque::new();
     let mut next = 0u32;
     let mut first_bytes = None;
@@ -156,7 +155,6 @@ fn ten_thousand_rounds_of_erase_and_redraw_leave_no_trace() {
             assert_eq!(osp.len(), rest.len());
             assert_cost(&osp, &fresh, &frusta, 1.3, &format!("round {round}"));
             assert!(depth(&osp) <= depth(&fresh) + 1, "round {round}: deeper than a fresh tree");
-            // The flat rows keep room for the most polygons that they had to hold.
             let first = *first_bytes.get_or_insert(osp.bytes());
             assert!(
                 osp.bytes() <= first + first / 100,
@@ -201,7 +199,7 @@ fn undo_and_redo_leave_no_trace() {
 fn smoothing_leaves_no_trace() {
     let all = numbered(&drawn(20_000, 16));
     let mut rng = Rng(17);
-    let mut osp = Osp::new(&IndexConfig { root: root(), capacity: all.len() });
+    let mut osp = Osp::new(&IndexConfig { root: root(), capacity: all.len() }).with_most_in_order(0);
     for (i, (id, bounds)) in all.iter().enumerate() {
         osp.insert(*id, bounds).expect("a finite box, each id once");
         for back in 1..=i.min(8) {
@@ -214,7 +212,7 @@ fn smoothing_leaves_no_trace() {
     for (id, bounds) in &all[all.len() - 8..] {
         osp.update(*id, bounds).expect("it is there");
     }
-    osp.commit();
+    let_rest(&mut osp);
     osp.validate().expect("a sound tree");
     assert_cost(&osp, &tree_of(&all, root()), &some_views(&root()), 1.05, "smoothed");
 }

@@ -160,7 +160,7 @@ fn what_one_eye_sees_as_a_whole_the_other_need_not() {
     let some = window(&Aabb::cube(Vec3::X * 0.064, 3.84));
     for polygons in [300, 6000] {
         for backend in backends() {
-            let mut osp = tree(backend).with_linear_blocks(0);
+            let mut osp = tree(backend);
             for i in 0..polygons {
                 osp.insert(PolygonId(i), &Aabb::cube(corner(i), 0.02)).expect("a sound box");
             }
@@ -179,7 +179,7 @@ fn what_one_eye_sees_as_a_whole_the_other_need_not() {
 #[test]
 fn each_of_two_eyes_far_apart_gets_its_own_straddlers() {
     let mut rng = Rng(95);
-    let mut osp = tree(Backend::detect()).with_linear_blocks(0);
+    let mut osp = tree(Backend::detect());
     let places: Vec<Vec3> = (0..8).map(|_| rng.point(&root())).collect();
     for i in 0..24_000 {
         let center = rng.point(&Aabb::cube(places[i % 8], 0.25));

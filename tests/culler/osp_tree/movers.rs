@@ -1,14 +1,19 @@
-//! Polygons that move in frame after frame are kept beside the tree, and come back when they rest: no answer changes.
+//! Polygons that move leave the tree, and come back when their blocks rest: no answer changes.
 
-use super::{config, linear::assert_all_same, tree};
+use super::{config, in_order::assert_all_same};
 use glam::Vec3;
 use osp::{
-    index::{Backend, BruteForce, IndexConfig, IndexError, Osp, SpatialIndex},
+    index::{BruteForce, IndexError, Osp, SpatialIndex},
     math::Aabb,
-    polygon::PolygonId,
+    polygon::{BLOCK, PolygonId},
 };
 use osp_testkit::boxes::{Rng, drawn, shuffled};
 use proptest::prelude::{ProptestConfig, proptest};
+
+/// An index that answers by the tree, and by the walk in order for what is not in the tree.
+fn osp() -> Osp {
+    Osp::new(&config()).with_most_in_order(0)
+}
 
 /// Both indexes, and the boxes by number.
 struct Pair {
@@ -27,7 +32,8 @@ impl Pair {
                 pair.commit();
             }
         }
-        pair.commit();
+        (0..80).for_each(|_| pair.commit());
+        assert_eq!(pair.osp.moving(), 0);
         pair
     }
 
@@ -87,7 +93,6 @@ proptest! {
         kind in 0..4_usize,
         is_shuffled: bool,
         is_each: bool,
-        linear_blocks in proptest::sample::select(vec![0, 12]),
     ) {
         let count = 2_000;
         let mut boxes = drawn(count, seed);
@@ -96,7 +101,7 @@ proptest! {
         }
         let mut rng = Rng(seed);
         let ids = moving(kind, count, &mut rng);
-        let mut pair = Pair::filled(boxes, tree(Backend::detect()).with_linear_blocks(linear_blocks), seed);
+        let mut pair = Pair::filled(boxes, osp(), seed);
         for frame in 0..10 {
             pair.step(&ids, is_each);
             if frame % 3 == 0 {
@@ -121,7 +126,6 @@ proptest! {
         pair.check();
         // Some go on, the others rest.
         let going: Vec<u32> = ids.iter().copied().filter(|id| id % 7 == 0).collect();
-        // A commit returns five runs, and what fills a hole behind the round waits for the next but one.
         for frame in 0..800 {
             let there: Vec<u32> =
                 going.iter().copied().filter(|&id| pair.osp.bounds(PolygonId(id)).is_some()).collect();
@@ -130,7 +134,9 @@ proptest! {
                 pair.check();
             }
         }
-        assert!(pair.osp.moving() <= going.len(), "{} move, {} should", pair.osp.moving(), going.len());
+        // A block stays out of the tree with a polygon that moves.
+        let most = BLOCK * going.len();
+        assert!(pair.osp.moving() <= most, "{} move, {most} should", pair.osp.moving());
         for _ in 0..500 {
             pair.commit();
         }
@@ -142,7 +148,7 @@ proptest! {
 #[test]
 fn a_frame_in_which_many_rest_returns_a_bounded_share() {
     let boxes = shuffled(drawn(8_000, 3), 4);
-    let mut pair = Pair::filled(boxes, tree(Backend::detect()).with_linear_blocks(8), 5);
+    let mut pair = Pair::filled(boxes, osp(), 5);
     let ids: Vec<u32> = (0..8_000).collect();
     for _ in 0..6 {
         pair.step(&ids, false);
@@ -161,21 +167,8 @@ fn a_frame_in_which_many_rest_returns_a_bounded_share() {
 }
 
 #[test]
-fn what_moves_now_and_then_stays_in_the_tree() {
-    let mut pair = Pair::filled(drawn(3_000, 1), tree(Backend::detect()), 1);
-    let ids: Vec<u32> = (100..300).collect();
-    for _ in 0..20 {
-        pair.step(&ids, false);
-        for _ in 0..9 {
-            pair.commit();
-        }
-    }
-    assert_eq!(pair.osp.moving(), 0);
-}
-
-#[test]
 fn clearing_forgets_what_moves() {
-    let mut pair = Pair::filled(drawn(3_000, 1), tree(Backend::detect()), 1);
+    let mut pair = Pair::filled(drawn(3_000, 1), osp(), 1);
     let ids: Vec<u32> = (0..3_000).collect();
     for _ in 0..6 {
         pair.step(&ids, true);
@@ -187,39 +180,11 @@ fn clearing_forgets_what_moves() {
     assert_eq!(pair.osp.insert(PolygonId(7), &pair.boxes[7]), Ok(()));
 }
 
-/// The slot after the last update is the guess for the next one. A removed polygon leaves its id in the slot, or another
-/// polygon takes the slot.
+/// If most scattered polygons move in one commit, all polygons leave the tree in this commit.
 #[test]
-fn a_guessed_slot_is_checked() {
-    let osp = Osp::new(&IndexConfig { capacity: 4_000, ..config() });
-    let mut pair = Pair::filled(shuffled(drawn(4_000, 2), 3), osp, 5);
-    let ids: Vec<u32> = (0..4_000).step_by(40).collect();
-    for _ in 0..1_000 {
-        pair.step(&ids, false);
-    }
-    assert_eq!(pair.osp.moving(), ids.len());
-    let mut removed = Vec::new();
-    for gone in [99, 50, 1] {
-        // The slot of `gone` is the guess. After the removal it is empty, or the last polygon has it.
-        pair.step(&ids[gone - 1..gone], true);
-        pair.both(|index, _| index.remove(PolygonId(ids[gone])));
-        pair.both(|index, boxes| index.update(PolygonId(ids[gone]), &boxes[0]));
-        removed.push(ids[gone]);
-        pair.step(&ids[gone - 1..gone], true);
-        pair.step(&ids[90..=90], true);
-        pair.osp.validate().expect("a sound index");
-        for id in &ids {
-            let expected = (!removed.contains(id)).then_some(pair.boxes[*id as usize]);
-            assert_eq!(pair.osp.bounds(PolygonId(*id)), expected);
-        }
-    }
-}
-
-/// If most scattered polygons move in one commit, all of them go to the rows in this commit.
-#[test]
-fn what_moves_all_at_once_goes_to_the_rows_at_once() {
+fn what_moves_all_at_once_leaves_the_tree_at_once() {
     for is_each in [false, true] {
-        let osp = tree(Backend::detect()).with_linear_blocks(0);
+        let osp = osp();
         let mut pair = Pair::filled(shuffled(drawn(5_000, 6), 7), osp, 8);
         assert_eq!(pair.osp.moving(), 0);
         let ids: Vec<u32> = (0..5_000).collect();
@@ -227,17 +192,13 @@ fn what_moves_all_at_once_goes_to_the_rows_at_once() {
         assert_eq!(pair.osp.moving(), 5_000, "one by one: {is_each}");
         pair.check();
     }
-    // Strokes move as whole runs, which takes less time.
-    let mut pair = Pair::filled(drawn(5_000, 6), tree(Backend::detect()).with_linear_blocks(0), 8);
-    pair.step(&(0..5_000).collect::<Vec<u32>>(), false);
-    assert_eq!(pair.osp.moving(), 0);
 }
 
-/// If other polygons move, come and go in each frame, all polygons go to the rows, and return when few change.
+/// If other polygons move, come and go in each frame, all polygons leave the tree, and return when few change.
 #[test]
-fn where_much_changes_all_are_in_the_rows_until_little_does() {
+fn where_much_changes_the_tree_is_empty_until_little_does() {
     let count = 6_000;
-    let mut pair = Pair::filled(shuffled(drawn(count, 11), 12), tree(Backend::detect()), 13);
+    let mut pair = Pair::filled(shuffled(drawn(count, 11), 12), osp(), 13);
     for frame in 0..300 {
         let ids: Vec<u32> = (0..60).map(|_| pair.rng.below(count) as u32).collect();
         match frame % 3 {
@@ -261,16 +222,16 @@ fn where_much_changes_all_are_in_the_rows_until_little_does() {
     for _ in 0..3_000 {
         pair.step(&[7, 70], false);
     }
-    assert_eq!(pair.osp.moving(), 2);
+    assert_eq!(pair.osp.moving(), 2 * BLOCK);
     pair.check();
 }
 
-/// The same holds for pieces of a drawing that are replaced in each frame, or move for a few frames.
+/// Pieces of a drawing are replaced in each frame, or move for a few frames.
 #[test]
-fn pieces_that_are_replaced_or_move_briefly_are_in_the_rows_until_few_do() {
+fn pieces_that_are_replaced_or_move_briefly_are_found() {
     let (count, piece) = (6_000, 100);
     for is_replaced in [true, false] {
-        let mut pair = Pair::filled(drawn(count, 11), tree(Backend::detect()), 13);
+        let mut pair = Pair::filled(drawn(count, 11), osp(), 13);
         for frame in 0..900 {
             let first = frame * 25 % (count - piece);
             let ids: Vec<u32> = (first..first + piece).map(|id| id as u32).collect();
@@ -291,7 +252,6 @@ fn pieces_that_are_replaced_or_move_briefly_are_in_the_rows_until_few_do() {
                 pair.check();
             }
         }
-        assert_eq!(pair.osp.moving(), count, "replaced: {is_replaced}");
         for _ in 0..3_000 {
             pair.commit();
         }
@@ -300,12 +260,12 @@ fn pieces_that_are_replaced_or_move_briefly_are_in_the_rows_until_few_do() {
     }
 }
 
-/// While other polygons move in each frame, all stay in the rows, however long it takes. If the same polygons move from
-/// then on, the rest returns to the tree, even though many move.
+/// While other polygons move in each frame, the tree stays empty, however long it takes. If the same polygons move from
+/// then on, the rest returns to the tree.
 #[test]
 fn only_polygons_that_rest_return_to_the_tree() {
     let (count, moving) = (6_000, 60);
-    let mut pair = Pair::filled(shuffled(drawn(count, 11), 12), tree(Backend::detect()), 13);
+    let mut pair = Pair::filled(shuffled(drawn(count, 11), 12), osp(), 13);
     for frame in 0..1_500 {
         let ids: Vec<u32> = (0..moving).map(|_| pair.rng.below(count) as u32).collect();
         pair.step(&ids, false);
@@ -315,39 +275,6 @@ fn only_polygons_that_rest_return_to_the_tree() {
     for frame in 0..4_000 {
         pair.step(&ids, frame % 2 == 0);
     }
-    assert_eq!(pair.osp.moving(), moving);
+    assert_eq!(pair.osp.moving(), BLOCK * moving);
     pair.check();
-}
-
-/// A few polygons that moved come to rest while the list is full and many polygons of the list are replaced in each frame.
-#[test]
-fn polygons_return_to_a_full_list_whose_polygons_are_replaced() {
-    let mut osp = Osp::new(&IndexConfig::default());
-    let place = |i: u32, x: f32| {
-        Aabb::cube(Vec3::new((i % 400) as f32 * 0.05 - 10.0 + x, (i / 400) as f32 * 0.3, 0.0), 0.05)
-    };
-    let all = 5008..5008 + 224 * 16;
-    (0..5000).for_each(|i| osp.insert(PolygonId(i), &place(i, 0.0)).expect("a new id"));
-    for frame in 0..800 {
-        if frame >= 400 {
-            (0..64).for_each(|i| {
-                osp.update(PolygonId(i), &place(i, (frame - 400) as f32 * 0.3)).expect("it is there")
-            });
-        }
-        if frame == 412 {
-            (64..5000).for_each(|i| osp.remove(PolygonId(i)).expect("it is there"));
-        }
-        osp.commit();
-    }
-    assert_eq!((osp.moving(), osp.len()), (64, 64));
-    all.clone().for_each(|i| osp.insert(PolygonId(i), &place(i, 0.0)).expect("a new id"));
-    for frame in 0..1_000 {
-        for id in all.clone().take(if frame < 200 { 1_600 } else { 0 }).map(PolygonId) {
-            osp.remove(id).expect("it is there");
-            osp.insert(id, &place(id.0, 0.0)).expect("it is gone");
-        }
-        osp.commit();
-    }
-    osp.validate().expect("valid");
-    assert_eq!((osp.moving(), osp.len()), (0, 64 + all.len()));
 }

@@ -16,7 +16,7 @@ const MOST_FRAMES: usize = 12;
 pub fn run(data: &[u8]) {
     let mut u = Input::new(data);
     let config = IndexConfig { capacity: [0, 16, 1000][below(&mut u, 3)], ..IndexConfig::default() };
-    let mut pipeline = Pipeline::new(Box::new(Osp::new(&config).with_linear_blocks(4)), 16);
+    let mut pipeline = Pipeline::new(Box::new(Osp::new(&config).with_all_in_tree()), 16);
     let mut scene = Scene::new();
     let (mut told, mut changes) = (Vec::new(), Vec::new());
     let mut frame = 0;

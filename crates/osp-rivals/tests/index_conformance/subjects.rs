@@ -19,8 +19,8 @@ pub(crate) fn subjects() -> Vec<Subject> {
         .map(|&kind| Subject { name: kind.name(), make: Box::new(move |config| kind.create(config)) })
         .collect();
     let mut add = |name, make: Make| subjects.push(Subject { name, make });
-    add("osp, no linear form", Box::new(|config| Box::new(Osp::new(config).with_linear_blocks(0))));
-    add("osp, 4 blocks linear", Box::new(|config| Box::new(Osp::new(config).with_linear_blocks(4))));
+    add("osp, all in the tree", Box::new(|config| Box::new(Osp::new(config).with_all_in_tree())));
+    add("osp, the tree if it may", Box::new(|config| Box::new(Osp::new(config).with_most_in_order(0))));
     add(
         "osp-paper, 7 levels",
         Box::new(|config| {
@@ -51,7 +51,7 @@ pub(crate) fn subjects() -> Vec<Subject> {
     for backend in Backend::ALL.iter().copied().filter(|backend| backend.is_available()) {
         add(
             backend.name(),
-            Box::new(move |config| Box::new(Osp::with_backend(config, backend).with_linear_blocks(4))),
+            Box::new(move |config| Box::new(Osp::with_backend(config, backend).with_all_in_tree())),
         );
     }
     // Settings change the work, and no answer.

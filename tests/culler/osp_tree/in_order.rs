@@ -1,18 +1,13 @@
-//! The linear form: few polygons are a plain list, and the change to a tree and back loses nothing.
+//! The walk in the order of the ids alone, the tree alone, and both: every query finds the same.
 
-use super::{Both, assert_same, backends, config, cull, life::depth, tree};
+use super::{Both, assert_same, backends, config, cull};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, IndexError, Osp, SpatialIndex, Thinner, Visit},
-    math::{Aabb, Frustum, Ray, Sphere},
+    math::{Aabb, Frustum, Plane, Ray, Sphere},
     polygon::{PolygonId, VisibleBlocks},
 };
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
-
-/// Whether the index is a plain list now: no node is above a block.
-fn is_linear(osp: &Osp) -> bool {
-    depth(osp) == 0
-}
 
 /// Hides what lies in a half of the root cube, as nodes and one by one.
 struct HalfHidden;
@@ -87,17 +82,16 @@ pub(crate) fn assert_all_same(osp: &Osp, reference: &BruteForce, boxes: &[Aabb],
     }
 }
 
-/// Draws until there is a tree, erases until there is none, in several orders and on every instruction set.
+/// Draws, moves and erases, in several orders and on every instruction set.
 #[test]
-fn a_list_becomes_a_tree_and_a_list_again() {
+fn every_query_finds_the_same_by_the_walk_and_by_the_tree() {
     for (round, backend) in backends().into_iter().enumerate() {
         for (kind, mut boxes) in [drawn(4_000, 51), shuffled(drawn(4_000, 52), 53)].into_iter().enumerate() {
             let seed = (round * 10 + kind) as u64 * 100;
             let mut rng = Rng(seed + 7);
-            // A list of scattered polygons may be longer.
-            let blocks = if kind == 0 { 96 } else { 24 };
-            let (mut osp, mut reference) = (tree(backend).with_linear_blocks(blocks), BruteForce::new());
-            let (mut was_linear, mut was_tree) = (false, false);
+            let osp = Osp::with_backend(&config(), backend);
+            let mut osp = if round % 2 == kind { osp } else { osp.with_most_in_order(0) };
+            let mut reference = BruteForce::new();
             for turn in 0..2 {
                 for i in 0..boxes.len() {
                     let id = PolygonId(i as u32);
@@ -123,14 +117,10 @@ fn a_list_becomes_a_tree_and_a_list_again() {
                         assert_eq!(osp.bounds(id), Some(boxes[other]));
                         osp.commit();
                     }
-                    if i % 401 == 0 || (1_500..1_600).contains(&i) && i % 16 < 2 {
+                    if i % 401 == 0 {
                         assert_all_same(&osp, &reference, &boxes, seed + i as u64);
-                        (was_linear, was_tree) =
-                            (was_linear || is_linear(&osp), was_tree || !is_linear(&osp));
                     }
                 }
-                assert!(was_linear && was_tree, "drawing has not crossed the border");
-                (was_linear, was_tree) = (false, false);
                 let mut ids: Vec<u32> = (0..boxes.len() as u32).collect();
                 if turn == 1 {
                     for i in (1..ids.len()).rev() {
@@ -141,123 +131,65 @@ fn a_list_becomes_a_tree_and_a_list_again() {
                     osp.remove(PolygonId(id)).unwrap();
                     reference.remove(PolygonId(id)).unwrap();
                     osp.commit();
-                    if i % 401 == 0 || i > 3_000 && i % 50 == 0 || i > 3_960 && i % 13 == 0 {
+                    if i % 401 == 0 || i > 3_960 && i % 13 == 0 {
                         assert_all_same(&osp, &reference, &boxes, seed + i as u64);
-                        (was_linear, was_tree) =
-                            (was_linear || is_linear(&osp), was_tree || !is_linear(&osp));
                     }
                 }
-                assert!(was_linear && was_tree, "erasing has not crossed the border");
                 assert_eq!(osp.len(), 0);
             }
         }
     }
 }
 
-/// Drawing and erasing at the border does not move everything back and forth.
+/// An import is in the tree after its own commit; what is drawn follows when it has not changed for a while.
 #[test]
-fn the_border_is_crossed_once() {
-    let boxes = drawn(4_000, 54);
-    let mut osp = Osp::new(&config());
-    let mut border = 0;
-    while is_linear(&osp) {
-        osp.insert(PolygonId(border as u32), &boxes[border]).unwrap();
-        osp.commit();
-        border += 1;
-    }
-    for _ in 0..100 {
-        for i in (border - 20..border).rev() {
-            osp.remove(PolygonId(i as u32)).unwrap();
-            osp.commit();
-            assert!(!is_linear(&osp));
-        }
-        for (i, bounds) in boxes.iter().enumerate().take(border).skip(border - 20) {
-            osp.insert(PolygonId(i as u32), bounds).unwrap();
-            osp.commit();
-        }
-    }
-    osp.validate().unwrap();
-}
-
-/// Scattered polygons that come a few in each frame stay a list for longer, and become a tree when no more come.
-#[test]
-fn scattered_polygons_become_a_tree_when_no_more_come() {
-    let boxes = shuffled(drawn(6_000, 56), 57);
+fn polygons_are_filed_when_they_rest() {
+    let boxes = drawn(6_000, 56);
+    let mut both = Both::of(Osp::new(&config()).with_most_in_order(0));
+    both.fill(&boxes, 6_000);
+    assert_eq!(both.osp.moving(), 0);
+    let mut both = Both::of(Osp::new(&config()).with_most_in_order(0));
+    both.fill(&boxes, 16);
+    assert!((1..=16 * 80).contains(&both.osp.moving()), "{} wait", both.osp.moving());
+    (0..80).for_each(|_| both.osp.commit());
+    assert_eq!(both.osp.moving(), 0);
+    assert_all_same(&both.osp, &both.reference, &boxes, 58);
+    // No query of a small model uses the tree.
     let mut both = Both::of(Osp::new(&config()));
     both.fill(&boxes, 16);
-    let Both { mut osp, reference, .. } = both;
-    assert!(is_linear(&osp) && osp.moving() == 0);
-    assert_all_same(&osp, &reference, &boxes, 58);
-    for frame in 0..1_200 {
+    (0..80).for_each(|_| both.osp.commit());
+    assert_eq!(both.osp.moving(), 6_000);
+}
+
+/// Few groups are cut from inside a drawn model, and none if all of it is in view: no node of the tree is read.
+#[test]
+fn the_walk_in_order_answers_if_few_groups_are_cut() {
+    let boxes = drawn(30_000, 59);
+    let most = |groups: usize| {
+        let mut osp = Osp::new(&config()).with_most_in_order(groups);
+        boxes.iter().enumerate().for_each(|(i, b)| osp.insert(PolygonId(i as u32), b).unwrap());
         osp.commit();
-        if frame % 50 == 0 {
-            assert_all_same(&osp, &reference, &boxes, 59 + frame);
-        }
-    }
-    assert!(!is_linear(&osp) && osp.moving() == 0);
-    // Those drawn in order are a tree at once.
-    let mut both = Both::of(Osp::new(&config()));
-    both.fill(&drawn(6_000, 56), 16);
-    assert!(!is_linear(&both.osp));
+        osp
+    };
+    let (by_tree, by_order) = (most(0), most(usize::MAX));
+    let nodes = |osp: &Osp, frustum: &Frustum| osp.frustum_cull(frustum, &mut Vec::new()).nodes;
+    let slab = |axis: Vec3| [Plane { normal: axis, d: 90.0 }, Plane { normal: -axis, d: 90.0 }];
+    let [[a, b], [c, d], [e, f]] = [Vec3::X, Vec3::Y, Vec3::Z].map(slab);
+    assert_eq!(nodes(&by_tree, &Frustum::new([a, b, c, d, e, f])), 1, "all in view");
+    let frustum = &views(&root(), 1, Place::Inside, 60)[0];
+    assert_ne!(nodes(&by_tree, frustum), nodes(&by_order, frustum));
+    assert_eq!(nodes(&most(1_000), frustum), nodes(&by_order, frustum));
 }
 
-/// Few polygons whose numbers lie far apart are many blocks; those of one stroke are few.
+/// Whole blocks come and go while commits compute the boxes around them.
 #[test]
-fn the_limit_counts_blocks() {
-    let boxes = drawn(300, 55);
-    let (mut near, mut apart) = (Osp::new(&config()), Osp::new(&config()));
-    for (i, bounds) in boxes.iter().enumerate() {
-        near.insert(PolygonId(1_000_000 + i as u32), bounds).unwrap();
-        apart.insert(PolygonId(i as u32 * 1_000), bounds).unwrap();
-    }
-    assert!(is_linear(&near) && !is_linear(&apart));
-    let nodes = near.frustum_cull(&Frustum::everything(), &mut Vec::new()).nodes;
-    assert!(nodes <= 2 + 300 / 8, "300 polygons: {nodes} nodes and pages");
-    near.validate().unwrap();
-    apart.validate().unwrap();
-    // A new limit for an index that has polygons already.
-    let mut near = near.with_linear_blocks(3);
-    assert_eq!(near.moving(), 300);
-    near.validate().unwrap();
-    let mut list = Vec::new();
-    near.frustum_cull(&Frustum::everything(), &mut list);
-    assert_eq!(list.len(), 300);
-    near.clear();
-    near.insert(PolygonId(5), &Aabb::cube(Vec3::ZERO, 1.0)).unwrap();
-    assert!(is_linear(&near));
-    near.validate().unwrap();
-}
-
-/// The blocks of a full list go to the tree a few in each frame.
-#[test]
-fn a_full_list_becomes_a_tree_step_by_step() {
-    let mut osp = Osp::new(&config());
-    let (mut most, mut commits) = (0, 0);
-    for (frame, came) in drawn(6_000, 58).chunks(16).enumerate() {
-        for (lane, bounds) in came.iter().enumerate() {
-            osp.insert(PolygonId((16 * frame + lane) as u32), bounds).unwrap();
-        }
-        let waiting = osp.moving();
-        osp.commit();
-        osp.validate().unwrap();
-        most = most.max(waiting - osp.moving());
-        commits += usize::from(waiting > 0);
-    }
-    assert!((16..=256).contains(&most), "a commit moves {most} polygons");
-    assert!((20..=120).contains(&commits), "{commits} commits");
-    assert_eq!(osp.moving(), 0);
-}
-
-/// Whole blocks go while the list measures the box around everything, a group of blocks a commit.
-#[test]
-fn the_box_around_a_list_holds_blocks_that_change_their_place() {
+fn the_boxes_above_hold_blocks_that_come_and_go() {
     let mut rng = Rng(60);
     let (mut both, mut there) = (Both::of(Osp::new(&config())), Vec::new());
     for frame in 0..6_000 {
-        // Few lie far out, so that the box around everything depends on single blocks.
+        // Few lie far out, so that the boxes above depend on single blocks.
         let far = if rng.below(30) == 0 { 40.0 } else { 1.0 };
         let bounds = Aabb::cube(rng.point(&root()) * far, 0.02);
-        // First so few blocks that no block is tested, then several groups of blocks.
         let most = if frame < 2_000 { 25 } else { 90 };
         match rng.below(4) {
             0 if there.len() > most / 2 => both.remove(there.swap_remove(rng.below(there.len()))),
@@ -275,7 +207,6 @@ fn the_box_around_a_list_holds_blocks_that_change_their_place() {
             assert_same(&both.osp, &both.reference, &views(&root(), 1, Place::Outside, frame.into()));
         }
     }
-    assert!(is_linear(&both.osp));
 }
 
 /// The world outgrows the cells of a tree that has nodes already, again and again.

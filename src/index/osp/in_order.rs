@@ -1,0 +1,245 @@
+//! The walk in the order of the ids: a hierarchy of boxes around 16, 256 and 4,096 consecutive ids. It answers a query
+//! alone if few groups of 256 ids are cut by a plane. Otherwise the tree answers for the filed polygons, and this walk
+//! for the rest.
+
+use super::{
+    answer::Answer,
+    query::count,
+    store::{Around, BLOCKS, Exact, Shelf, Store},
+};
+use crate::index::{
+    WorkCounts,
+    mask_writer::ones,
+    simd::{Kernel, PlaneSet, Sides, WithKernel},
+};
+
+/// The polygons that a walk reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Of {
+    All,
+    /// The polygons that are not in the tree.
+    Unfiled,
+}
+
+impl Of {
+    /// The lanes with polygons to report.
+    #[inline(always)]
+    fn wanted(self, around: &Around) -> u16 {
+        if self == Self::All { around.used } else { around.unfiled }
+    }
+}
+
+/// A shelf that a query may see: its entry in the directory, the planes that cut it, and the test of its groups.
+#[derive(Clone, Copy)]
+pub(super) struct Seen {
+    entry: u32,
+    planes: u8,
+    groups: u16,
+    sides: Sides,
+}
+
+/// The first part of a walk: finds the shelves that a query may see. Stops if planes cut more than `most` groups, and
+/// returns whether they do not.
+pub(super) struct FindShelves<'a> {
+    pub(super) store: &'a Store,
+    pub(super) planes: &'a PlaneSet,
+    pub(super) of: Of,
+    pub(super) most: usize,
+    pub(super) seen: &'a mut Vec<Seen>,
+}
+
+impl WithKernel for FindShelves<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> bool {
+        let store = self.store;
+        for (at, top) in store.tops.iter().enumerate() {
+            let wanted = self.of.wanted(top);
+            if wanted == 0 {
+                continue;
+            }
+            let sides = test(kernel, self.planes, top, wanted & !top.stale, PlaneSet::ALL);
+            let mut left = wanted & (top.stale | !sides.behind as u16);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let is_stale = top.stale >> lane & 1 == 1;
+                let planes = if is_stale { PlaneSet::ALL } else { sides.planes_at(PlaneSet::ALL, lane) };
+                if !self.shelf(kernel, at * 16 + lane, planes) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+impl FindShelves<'_> {
+    #[inline(always)]
+    fn shelf<K: Kernel>(&mut self, kernel: K, entry: usize, planes: u8) -> bool {
+        let top = &self.store.known_shelf(entry).top;
+        let wanted = self.of.wanted(top);
+        let sides = test(kernel, self.planes, top, wanted & !top.stale, planes);
+        let groups = wanted & (top.stale | !sides.behind as u16);
+        let cut = groups & (top.stale | sides.cut as u16);
+        self.seen.push(Seen { entry: entry as u32, planes, groups, sides });
+        self.most = self.most.wrapping_sub(cut.count_ones() as usize);
+        // A negative number is large.
+        self.most <= usize::MAX / 2
+    }
+}
+
+/// Tests the boxes `fresh`, which are not stale.
+#[inline(always)]
+fn test<K: Kernel>(kernel: K, planes: &PlaneSet, around: &Around, fresh: u16, mask: u8) -> Sides {
+    if fresh == 0 { Sides::NONE } else { planes.sides_rows(kernel, mask, &around.boxes) }
+}
+
+/// The second part of a walk: a query of the shelves that the first part has found.
+pub(super) struct InOrder<'a, A> {
+    pub(super) store: &'a Store,
+    pub(super) planes: &'a PlaneSet,
+    pub(super) of: Of,
+    pub(super) seen: &'a [Seen],
+    pub(super) answer: A,
+}
+
+impl<A: Answer> WithKernel for InOrder<'_, A> {
+    type Output = (WorkCounts, A::Done);
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output {
+        let Self { store, planes, of, seen, answer } = self;
+        let hidden = if of == Of::All { 0 } else { u16::MAX };
+        let mut walk = Walk { store, planes, kernel, of, hidden, answer, work: WorkCounts::default() };
+        for wanted in store.tops.iter().map(|top| of.wanted(top)).filter(|&wanted| wanted != 0) {
+            walk.work.nodes += 1;
+            count(&mut walk.work, wanted.count_ones(), PlaneSet::ALL);
+        }
+        let before = walk.answer.count();
+        for seen in seen {
+            walk.shelf(seen);
+        }
+        walk.work.reported = (walk.answer.count() - before) as u64;
+        (walk.work, walk.answer.finish())
+    }
+}
+
+struct Walk<'a, K, A> {
+    store: &'a Store,
+    planes: &'a PlaneSet,
+    kernel: K,
+    of: Of,
+    /// Mask of the filed polygons that are left out: none or all.
+    hidden: u16,
+    answer: A,
+    work: WorkCounts,
+}
+
+/// With more planes, all are tested, because this takes no loop over the planes.
+const FEW_PLANES: u32 = 3;
+
+impl<K: Kernel, A: Answer> Walk<'_, K, A> {
+    #[inline(always)]
+    fn shelf(&mut self, &Seen { entry, planes, groups, sides }: &Seen) {
+        let (shelf, first) = (self.store.known_shelf(entry as usize), entry as usize * BLOCKS);
+        if planes == 0 && self.of == Of::All {
+            let before = self.answer.count();
+            self.answer.blocks(self.kernel, first, &shelf.live);
+            self.work.taken_whole += (self.answer.count() - before) as u64;
+            return;
+        }
+        self.work.nodes += 1;
+        count(&mut self.work, 16, planes);
+        let mut left = groups;
+        while left != 0 {
+            let group = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let is_stale = shelf.top.stale >> group & 1 == 1;
+            let planes = if is_stale { PlaneSet::ALL } else { sides.planes_at(planes, group) };
+            self.group(first, shelf, group, planes);
+        }
+    }
+
+    /// The polygons of a block to report.
+    #[inline(always)]
+    fn lanes(&self, shelf: &Shelf, block: usize) -> u16 {
+        shelf.live[block] & !(shelf.filed[block] & self.hidden)
+    }
+
+    /// The polygons of sixteen blocks to report.
+    #[inline(always)]
+    fn group_lanes(&self, shelf: &Shelf, base: usize) -> [u16; 16] {
+        let mut lanes = [0; 16];
+        let (live, filed) = (&shelf.live[base..base + 16], &shelf.filed[base..base + 16]);
+        for ((lanes, live), filed) in lanes.iter_mut().zip(live).zip(filed) {
+            *lanes = live & !(filed & self.hidden);
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn group(&mut self, first: usize, shelf: &Shelf, group: usize, mask: u8) {
+        let (around, base) = (&shelf.groups[group], group * 16);
+        let wanted = self.of.wanted(around);
+        let stale = if around.is_wide { u16::MAX } else { around.stale };
+        let sides = test(self.kernel, self.planes, around, wanted & !stale, mask);
+        self.work.nodes += 1;
+        if mask != 0 && !around.is_wide {
+            count(&mut self.work, 16, mask);
+        }
+        let seen = wanted & (stale | !sides.behind as u16);
+        let mut cut = if mask == 0 { 0 } else { seen & (stale | sides.cut as u16) };
+        // The planes that cut any of the blocks. All blocks are tested against the same planes, so that a processor can
+        // predict the loop.
+        let mask = if seen & stale == 0 { sides.cutting(mask, cut.into()) } else { mask };
+        let whole = seen & !cut;
+        if whole != 0 {
+            let mut masks = self.group_lanes(shelf, base);
+            for (at, mask) in masks.iter_mut().enumerate() {
+                *mask &= 0u16.wrapping_sub(whole >> at & 1);
+            }
+            self.work.taken_whole += u64::from(ones(&masks));
+            self.answer.blocks(self.kernel, first + base, &masks);
+        }
+        count(&mut self.work, 16 * cut.count_ones(), mask);
+        let is_few = mask.count_ones() <= FEW_PLANES;
+        let blocks = cut.trailing_ones() as usize;
+        if blocks >= ROW
+            && cut.count_ones() as usize == blocks
+            && !is_few
+            && let Some(row) = self.store.row(shelf, group, blocks)
+        {
+            let lanes = self.group_lanes(shelf, base);
+            let seen = seen_of(self.kernel, self.planes, &lanes, row);
+            self.answer.blocks(self.kernel, first + base, &seen[..blocks]);
+            return;
+        }
+        while cut != 0 {
+            let block = base + cut.trailing_zeros() as usize % 16;
+            cut &= cut - 1;
+            let boxes = self.store.known_boxes(shelf, block);
+            let behind = match is_few {
+                true => self.planes.behind(self.kernel, mask, boxes),
+                false => self.planes.behind_any(self.kernel, boxes),
+            };
+            self.answer.block(self.kernel, first + block, self.lanes(shelf, block) & !behind as u16);
+        }
+    }
+}
+
+/// Least number of neighbouring blocks that are tested in a loop of their own.
+const ROW: usize = 8;
+
+/// The polygons of neighbouring blocks that no plane excludes. In a loop of its own, the planes stay in registers.
+#[inline(always)]
+fn seen_of<K: Kernel>(kernel: K, planes: &PlaneSet, lanes: &[u16; 16], boxes: &[Exact]) -> [u16; 16] {
+    // Without `black_box`, the compiler would prepare the planes once for all groups, and run out of registers.
+    let planes = std::hint::black_box(planes);
+    let mut seen = [0; 16];
+    for ((seen, lanes), exact) in seen.iter_mut().zip(lanes).zip(boxes) {
+        *seen = lanes & !(planes.behind_any(kernel, &exact.boxes) as u16);
+    }
+    seen
+}

@@ -1,0 +1,748 @@
+#![expect(unsafe_code, reason = "shelves and boxes in use are looked up without a check; it pays in queries")]
+//! The boxes of all polygons, by id. Sixteen consecutive ids are a block, sixteen blocks a group, sixteen groups a shelf.
+//! The box around each block, group and shelf lies beside it, so that a query can walk the polygons in the order of
+//! their ids (`in_order.rs`). A new box of a polygon is one write, and marks the boxes above as stale. They are computed
+//! again when the block has come to rest.
+//!
+//! A polygon is *filed* if the tree holds it, too. The store also maps a filed polygon to its run in the tree.
+
+use super::pool::{NONE, Pool, Pooled};
+use crate::{
+    index::{
+        IndexError,
+        simd::{Boxes, Wide, prefetch_lines},
+    },
+    math::Aabb,
+    polygon::{BLOCK, PolygonId},
+};
+
+/// Number of blocks of a shelf.
+pub(super) const BLOCKS: usize = 256;
+/// Number of groups of a shelf.
+pub(super) const GROUPS: usize = 16;
+/// Number of ids of a shelf.
+pub(super) const IDS_A_SHELF: usize = BLOCKS * BLOCK;
+
+/// Flag of a [`Place`] that holds the number of a [`Detail`].
+const DETAILED: u32 = 1 << 31;
+
+/// The place of a run: its page's number times 16, plus its lane.
+pub(super) type Place = u32;
+
+/// Boxes around sixteen blocks, groups or shelves, with a bit for each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Around {
+    pub(super) boxes: Boxes<16>,
+    /// Those with a polygon.
+    pub(super) used: u16,
+    /// Those with a polygon that is not filed.
+    pub(super) unfiled: u16,
+    /// Those whose box is out of date. Then the box around this entry is out of date, too.
+    pub(super) stale: u16,
+    /// Those whose box may be too large, and the stale ones. Only used for blocks.
+    loose: u16,
+    /// Whether most boxes are nearly as large as the box around them, so that a test of them decides little. Only used
+    /// for blocks.
+    pub(super) is_wide: bool,
+}
+
+impl Around {
+    const EMPTY: Self = Self { boxes: Boxes::EMPTY, used: 0, unfiled: 0, stale: 0, loose: 0, is_wide: false };
+
+    /// Sets or clears the bit of a lane in `used` and `unfiled`. Returns the change of the number of unfiled lanes.
+    #[inline]
+    fn note(&mut self, lane: usize, is_used: bool, is_unfiled: bool) -> isize {
+        let bit = 1 << (lane % 16);
+        let change = isize::from(is_unfiled) - isize::from(self.unfiled & bit != 0);
+        self.used = self.used & !bit | u16::from(is_used) << (lane % 16);
+        self.unfiled = self.unfiled & !bit | u16::from(is_unfiled) << (lane % 16);
+        change
+    }
+
+    /// Sets `is_wide`: whether the mean longest edge of the boxes is at least half of the longest edge of the box around
+    /// them. Returns the change of the number of wide groups.
+    fn measure(&mut self, bounds: &Aabb) -> isize {
+        let longest = |bounds: &Aabb| bounds.extent().max_element();
+        let sum: f32 = lanes_of(self.used).map(|lane| longest(&self.boxes.get(lane))).sum();
+        let was_wide = self.is_wide;
+        // Not true for an empty group, whose boxes have no extent.
+        self.is_wide = self.used != 0 && 2.0 * sum >= longest(bounds) * self.used.count_ones() as f32;
+        isize::from(self.is_wide) - isize::from(was_wide)
+    }
+}
+
+/// 4,096 consecutive ids.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shelf {
+    /// For each block, its polygons.
+    pub(super) live: [u16; BLOCKS],
+    /// For each block, its polygons in the tree.
+    pub(super) filed: [u16; BLOCKS],
+    /// For each block, the polygons that were inserted or moved since the block was last examined.
+    pub(super) moved: [u16; BLOCKS],
+    /// For each block, the place of its only run; or `DETAILED` with the number of its detail; or [`NONE`].
+    place: [u32; BLOCKS],
+    /// For each block with a polygon, the number of its boxes.
+    boxes: [u32; BLOCKS],
+    /// For each group, the boxes around its blocks.
+    pub(super) groups: [Around; 16],
+    /// The boxes around the groups.
+    pub(super) top: Around,
+    /// For each group, the blocks that wait for an examination.
+    pub(super) waiting: [u16; 16],
+    /// For each group, the blocks that did not move between their last two examinations.
+    pub(super) resting: [u16; 16],
+    /// In a free shelf, the next free shelf.
+    next: u32,
+}
+
+impl Pooled for Shelf {
+    const BLANK: Self = Self {
+        live: [0; BLOCKS],
+        filed: [0; BLOCKS],
+        moved: [0; BLOCKS],
+        place: [NONE; BLOCKS],
+        boxes: [NONE; BLOCKS],
+        groups: [Around::EMPTY; 16],
+        top: Around::EMPTY,
+        waiting: [0; 16],
+        resting: [0; 16],
+        next: NONE,
+    };
+    const SHIFT: u32 = 2;
+
+    fn next_free(&self) -> u32 {
+        self.next
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.next = next;
+    }
+}
+
+/// The place of each polygon of a block with more than one run.
+#[derive(Clone, Copy, Debug)]
+struct Detail {
+    places: [Place; 16],
+}
+
+impl Pooled for Detail {
+    const BLANK: Self = Self { places: [NONE; 16] };
+
+    fn next_free(&self) -> u32 {
+        self.places[0]
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.places[0] = next;
+    }
+}
+
+/// The boxes of a block's polygons. The lanes of unused ids are unspecified.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Exact {
+    pub(super) boxes: Boxes<16>,
+}
+
+impl Pooled for Exact {
+    const BLANK: Self = Self { boxes: Boxes::EMPTY };
+
+    fn next_free(&self) -> u32 {
+        self.boxes.rows[0][0].to_bits()
+    }
+
+    fn set_next_free(&mut self, next: u32) {
+        self.boxes.rows[0][0] = f32::from_bits(next);
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Store {
+    /// Number of each shelf, by `id / IDS_A_SHELF`; [`NONE`] without polygons.
+    directory: Vec<u32>,
+    /// Boxes around sixteen entries of the directory each.
+    pub(super) tops: Vec<Around>,
+    shelves: Pool<Shelf>,
+    exact: Pool<Exact>,
+    details: Pool<Detail>,
+    len: usize,
+    filed: usize,
+    /// Number of blocks with a polygon, and with one that is not filed.
+    blocks: usize,
+    unfiled_blocks: usize,
+    /// Number of groups that were wide when they were measured last.
+    wide_groups: usize,
+}
+
+/// A block of the store: its shelf, and its position in it.
+#[derive(Clone, Copy)]
+pub(super) struct At {
+    pub(super) shelf: u32,
+    pub(super) block: usize,
+}
+
+impl Store {
+    /// A store with room for `polygons` polygons with consecutive ids, and for `most_blocks` blocks in total.
+    pub(super) fn with_room_for(polygons: usize, most_blocks: usize) -> Self {
+        let shelves = polygons.div_ceil(IDS_A_SHELF);
+        let entries = shelves.max(1024);
+        Self {
+            directory: Vec::with_capacity(entries),
+            tops: Vec::with_capacity(entries / 16),
+            // In a browser, reserved memory counts as used.
+            shelves: Pool::with_room_for(shelves).and_room_for(if cfg!(target_family = "wasm") {
+                0
+            } else {
+                most_blocks.min(1024)
+            }),
+            exact: Pool::with_room_for(polygons / BLOCK).and_room_for(most_blocks),
+            details: Pool::with_room_for(polygons.min(4096) / BLOCK).and_room_for(2 * most_blocks),
+            len: 0,
+            filed: 0,
+            blocks: 0,
+            unfiled_blocks: 0,
+            wide_groups: 0,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Number of polygons in the tree.
+    pub(super) fn filed(&self) -> usize {
+        self.filed
+    }
+
+    /// Number of polygons that are not in the tree.
+    pub(super) fn unfiled(&self) -> usize {
+        self.len - self.filed
+    }
+
+    /// Number of blocks with a polygon.
+    pub(super) fn blocks(&self) -> usize {
+        self.blocks
+    }
+
+    /// Number of shelves with polygons.
+    pub(super) fn shelf_count(&self) -> usize {
+        self.shelves.live() as usize
+    }
+
+    /// Number of blocks with a polygon that is not filed.
+    pub(super) fn unfiled_blocks(&self) -> usize {
+        self.unfiled_blocks
+    }
+
+    /// Whether most blocks have a polygon that is not filed.
+    pub(super) fn is_mostly_unfiled(&self) -> bool {
+        2 * self.unfiled_blocks > self.blocks
+    }
+
+    /// Whether most polygons lie apart from those with the next ids, so that most groups are wide.
+    pub(super) fn are_scattered(&self) -> bool {
+        2 * BLOCK * self.wide_groups > self.blocks
+    }
+
+    /// Upper bound of all ids.
+    pub(super) fn ids_end(&self) -> usize {
+        self.directory.len() * IDS_A_SHELF
+    }
+
+    /// The position of a block, if its shelf has polygons.
+    #[inline(always)]
+    pub(super) fn at(&self, block: u32) -> Option<At> {
+        let (number, at) = (block as usize / BLOCKS, block as usize % BLOCKS);
+        let &shelf = self.directory.get(number)?;
+        (shelf != NONE).then_some(At { shelf, block: at })
+    }
+
+    /// The shelf with a number.
+    #[inline(always)]
+    pub(super) fn shelf(&self, number: u32) -> &Shelf {
+        &self.shelves[number]
+    }
+
+    #[inline(always)]
+    pub(super) fn shelf_mut(&mut self, number: u32) -> &mut Shelf {
+        &mut self.shelves[number]
+    }
+
+    /// The shelf of an entry of the directory that is used in `tops`.
+    #[inline(always)]
+    pub(super) fn known_shelf(&self, entry: usize) -> &Shelf {
+        debug_assert!(self.directory[entry] != NONE);
+        // SAFETY: `tops` marks an entry as used as long as its shelf is in use; `check` compares both.
+        unsafe { self.shelves.known(self.directory[entry]) }
+    }
+
+    /// The boxes of a block that has a polygon.
+    #[inline(always)]
+    pub(super) fn known_boxes(&self, shelf: &Shelf, block: usize) -> &Boxes<16> {
+        debug_assert!(shelf.live[block] != 0);
+        // SAFETY: a block has boxes as long as it has a polygon; `check` compares both.
+        unsafe { &self.exact.known(shelf.boxes[block]).boxes }
+    }
+
+    /// The boxes of the first `blocks` blocks of a group, which all have polygons, if they lie in a row.
+    #[inline(always)]
+    pub(super) fn row(&self, shelf: &Shelf, group: usize, blocks: usize) -> Option<&[Exact]> {
+        let numbers = &shelf.boxes[group * 16..][..blocks];
+        let first = *numbers.first()?;
+        let steps =
+            numbers.iter().zip(0..).fold(0, |steps, (number, i)| steps | number.wrapping_sub(first) ^ i);
+        if steps != 0 { None } else { self.exact.row(first, blocks) }
+    }
+
+    /// The exact boxes with this number, without a check of the number.
+    ///
+    /// # Safety
+    /// `number` belongs to a run in the tree.
+    #[inline(always)]
+    pub(super) unsafe fn boxes_of_run(&self, number: u32) -> &Boxes<16> {
+        // SAFETY: a block has boxes as long as it has a polygon; `check` compares both.
+        unsafe { &self.exact.known(number).boxes }
+    }
+
+    /// The exact boxes with this number.
+    pub(super) fn boxes(&self, number: u32) -> &Boxes<16> {
+        &self.exact[number].boxes
+    }
+
+    /// The number of a block's boxes; [`NONE`] if it has no polygon.
+    pub(super) fn number(&self, block: u32) -> u32 {
+        self.at(block).map_or(NONE, |at| self.shelves[at.shelf].boxes[at.block])
+    }
+
+    /// The polygons of a block that are in the tree.
+    #[inline]
+    pub(super) fn filed_lanes(&self, block: u32) -> u16 {
+        self.at(block).map_or(0, |at| self.shelves[at.shelf].filed[at.block])
+    }
+
+    /// The box of a polygon.
+    pub(super) fn bounds(&self, id: PolygonId) -> Option<Aabb> {
+        let (at, lane) = (self.at(id.0 / 16)?, id.index() % BLOCK);
+        let shelf = &self.shelves[at.shelf];
+        let is_live = shelf.live[at.block] >> lane & 1 == 1;
+        is_live.then(|| self.exact[shelf.boxes[at.block]].boxes.get(lane))
+    }
+
+    /// Makes an entry of a block that has no shelf or no polygon.
+    #[inline(never)]
+    fn make(&mut self, block: u32) -> At {
+        let (number, at) = (block as usize / BLOCKS, block as usize % BLOCKS);
+        if number >= self.directory.len() {
+            self.directory.resize(number + 1, NONE);
+            self.tops.resize(number / 16 + 1, Around::EMPTY);
+        }
+        if self.directory[number] == NONE {
+            self.directory[number] = self.shelves.take();
+        }
+        let shelf = self.directory[number];
+        if self.shelves[shelf].live[at] == 0 {
+            self.shelves[shelf].boxes[at] = self.exact.take();
+            self.blocks += 1;
+        }
+        At { shelf, block: at }
+    }
+
+    /// Inserts a polygon with a valid box; `None` if it is there.
+    #[inline(always)]
+    pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Option<At> {
+        let (block, lane) = (id.0 / 16, id.index() % BLOCK);
+        let at = match self.at(block) {
+            Some(at) if self.shelves[at.shelf].live[at.block] != 0 => at,
+            _ => self.make(block),
+        };
+        let shelf = &mut self.shelves[at.shelf];
+        if shelf.live[at.block] >> lane & 1 == 1 {
+            return None;
+        }
+        shelf.live[at.block] |= 1 << lane;
+        shelf.moved[at.block] |= 1 << lane;
+        self.exact[shelf.boxes[at.block]].boxes.set(lane, bounds);
+        self.len += 1;
+        self.widen(at, block, bounds);
+        Some(at)
+    }
+
+    /// Widens the boxes above a polygon that is not in the tree, up to one that contains it or is stale.
+    #[inline(always)]
+    fn widen(&mut self, at: At, block: u32, bounds: &Aabb) {
+        let (shelf, entry) = (&mut self.shelves[at.shelf], block as usize / BLOCKS);
+        let (group, top) = (at.block / 16, &mut self.tops[entry / 16]);
+        self.unfiled_blocks += usize::from(shelf.groups[group].unfiled >> (at.block % 16) & 1 == 0);
+        let above = [(&mut shelf.groups[group], at.block % 16), (&mut shelf.top, group), (top, entry % 16)];
+        let mut is_done = false;
+        for (around, lane) in above {
+            let bit = 1 << lane;
+            is_done |= around.stale & bit != 0 || !around.boxes.widen(lane, bounds);
+            if is_done && around.unfiled & bit != 0 {
+                return;
+            }
+            around.used |= bit;
+            around.unfiled |= bit;
+        }
+    }
+
+    /// The position of a block, if it has polygons.
+    #[inline(always)]
+    pub(super) fn at_live(&self, block: u32) -> Option<At> {
+        self.at(block).filter(|at| self.shelves[at.shelf].live[at.block] != 0)
+    }
+
+    /// Sets new boxes of polygons of a block, none of which is in the tree. Marks them as moved, and the boxes above as
+    /// stale. Calls `refuse` with the errors of refused updates. Returns the number of boxes set.
+    #[inline(always)]
+    pub(super) fn set(
+        &mut self,
+        at: At,
+        updates: &[(PolygonId, Aabb)],
+        mut refuse: impl FnMut(IndexError),
+    ) -> usize {
+        let shelf = &mut self.shelves[at.shelf];
+        let (live, boxes) = (shelf.live[at.block], &mut self.exact[shelf.boxes[at.block]].boxes);
+        let (mut moved, mut count) = (0, 0);
+        for (id, bounds) in updates {
+            let lane = id.index() % BLOCK;
+            if live >> lane & 1 == 0 {
+                refuse(IndexError::Unknown(*id));
+            } else if !Wide::from_box(bounds).is_valid() {
+                refuse(IndexError::InvalidBounds(*id));
+            } else {
+                boxes.set(lane, bounds);
+                (moved, count) = (moved | 1 << lane, count + 1);
+            }
+        }
+        let (group, bit) = (at.block / 16, 1 << (at.block % 16));
+        shelf.moved[at.block] |= moved;
+        if moved == 0 || shelf.groups[group].stale & bit != 0 {
+            return count;
+        }
+        shelf.groups[group].loose |= bit;
+        shelf.groups[group].stale |= bit;
+        shelf.top.stale |= 1 << group;
+        let entry = updates.first().map_or(0, |(id, _)| id.index() / IDS_A_SHELF);
+        self.tops[entry / 16].stale |= 1 << (entry % 16);
+        count
+    }
+
+    /// Corrects the bits above a block after its polygons have changed.
+    fn note(&mut self, at: At, block: u32) {
+        let shelf = &mut self.shelves[at.shelf];
+        let (live, filed) = (shelf.live[at.block], shelf.filed[at.block]);
+        let (group, entry) = (at.block / 16, block as usize / BLOCKS);
+        let top = &mut self.tops[entry / 16];
+        let of_group = &mut shelf.groups[group];
+        let change = of_group.note(at.block % 16, live != 0, live != filed);
+        self.unfiled_blocks = self.unfiled_blocks.wrapping_add_signed(change);
+        shelf.top.note(group, of_group.used != 0, of_group.unfiled != 0);
+        top.note(entry % 16, shelf.top.used != 0, shelf.top.unfiled != 0);
+    }
+
+    /// Removes a polygon that is not in the tree; `None` if it is not there. The caller lets the block wait.
+    pub(super) fn remove(&mut self, id: PolygonId) -> Option<At> {
+        let (block, lane) = (id.0 / 16, id.index() % BLOCK);
+        let at = self.at(block)?;
+        let shelf = &mut self.shelves[at.shelf];
+        if shelf.live[at.block] >> lane & 1 == 0 {
+            return None;
+        }
+        debug_assert!(shelf.filed[at.block] >> lane & 1 == 0, "the tree holds the polygon");
+        shelf.live[at.block] &= !(1 << lane);
+        shelf.moved[at.block] &= !(1 << lane);
+        self.len -= 1;
+        if shelf.live[at.block] == 0 {
+            self.exact.give(std::mem::replace(&mut shelf.boxes[at.block], NONE));
+            shelf.resting[at.block / 16] &= !(1 << (at.block % 16));
+            self.blocks -= 1;
+        }
+        shelf.groups[at.block / 16].loose |= 1 << (at.block % 16);
+        if shelf.live[at.block] == shelf.filed[at.block] {
+            self.note(at, block);
+        }
+        Some(at)
+    }
+
+    /// Releases a shelf without polygons, unless a block of it still waits for an examination.
+    pub(super) fn drop_shelf(&mut self, at: At, block: u32) {
+        let shelf = &self.shelves[at.shelf];
+        if shelf.top.used == 0 && shelf.waiting == [0; 16] {
+            self.shelves.give(at.shelf);
+            let entry = block as usize / BLOCKS;
+            self.directory[entry] = NONE;
+            let top = &mut self.tops[entry / 16];
+            top.note(entry % 16, false, false);
+            top.stale &= !(1 << (entry % 16));
+        }
+    }
+
+    /// Records that polygons of a block are in the tree now.
+    pub(super) fn file(&mut self, block: u32, lanes: u16) {
+        let Some(at) = self.at(block) else { return };
+        self.shelves[at.shelf].filed[at.block] |= lanes;
+        self.filed += lanes.count_ones() as usize;
+        self.note(at, block);
+    }
+
+    /// Records that a polygon is no longer in the tree.
+    pub(super) fn unfile(&mut self, id: u32) {
+        let block = id / 16;
+        let Some(at) = self.at(block) else { return };
+        let shelf = &mut self.shelves[at.shelf];
+        shelf.filed[at.block] &= !(1 << (id % 16));
+        self.filed -= 1;
+        if shelf.filed[at.block] == 0 {
+            let place = std::mem::replace(&mut shelf.place[at.block], NONE);
+            if place != NONE && place & DETAILED != 0 {
+                self.details.give(place & !DETAILED);
+            }
+        }
+        self.note(at, block);
+    }
+
+    /// Records that no polygon is in the tree. The polygons count as unmoved.
+    pub(super) fn unfile_all(&mut self) {
+        for entry in 0..self.directory.len() {
+            if self.directory[entry] == NONE {
+                continue;
+            }
+            let shelf = &mut self.shelves[self.directory[entry]];
+            (shelf.filed, shelf.place) = ([0; BLOCKS], [NONE; BLOCKS]);
+            for group in &mut shelf.groups {
+                group.unfiled = group.used;
+            }
+            shelf.top.unfiled = shelf.top.used;
+        }
+        for top in &mut self.tops {
+            top.unfiled = top.used;
+        }
+        self.details.clear();
+        (self.filed, self.unfiled_blocks) = (0, self.blocks);
+    }
+
+    /// Marks all blocks with unfiled polygons as waiting, and as moving. Calls `out` with those that did not wait before.
+    pub(super) fn let_all_wait(&mut self, mut out: impl FnMut(u32)) {
+        for (entry, &number) in self.directory.iter().enumerate().filter(|(_, number)| **number != NONE) {
+            let shelf = &mut self.shelves[number];
+            for group in 0..16 {
+                for lane in lanes_of(shelf.groups[group].unfiled & !shelf.waiting[group]) {
+                    out((entry * BLOCKS + group * 16 + lane) as u32);
+                }
+                shelf.waiting[group] |= shelf.groups[group].unfiled;
+                shelf.resting[group] = 0;
+            }
+        }
+    }
+
+    /// Computes the box around a block again if it may be too large or stale, and the boxes above. Returns how many.
+    pub(super) fn refit(&mut self, at: At, block: u32) -> u64 {
+        let shelf = &mut self.shelves[at.shelf];
+        let (group, lane) = (at.block / 16, at.block % 16);
+        let around = &mut shelf.groups[group];
+        if around.loose >> lane & 1 == 0 {
+            if lane == 15 {
+                let bounds = around.boxes.around(around.used.into());
+                self.wide_groups = self.wide_groups.wrapping_add_signed(around.measure(&bounds));
+            }
+            return 0;
+        }
+        let live = shelf.live[at.block];
+        let bounds = match live {
+            0 => Aabb::EMPTY,
+            _ => self.exact[shelf.boxes[at.block]].boxes.around(live.into()),
+        };
+        around.boxes.set(lane, &bounds);
+        around.loose &= !(1 << lane);
+        around.stale &= !(1 << lane);
+        if around.stale != 0 {
+            return 1;
+        }
+        let bounds = around.boxes.around(around.used.into());
+        self.wide_groups = self.wide_groups.wrapping_add_signed(around.measure(&bounds));
+        shelf.top.boxes.set(group, &bounds);
+        shelf.top.stale &= !(1 << group);
+        if shelf.top.stale != 0 {
+            return 2;
+        }
+        let entry = block as usize / BLOCKS;
+        let top = &mut self.tops[entry / 16];
+        top.boxes.set(entry % 16, &shelf.top.boxes.around(shelf.top.used.into()));
+        top.stale &= !(1 << (entry % 16));
+        3
+    }
+
+    /// A box around all polygons.
+    pub(super) fn around(&self) -> Aabb {
+        let mut all = Aabb::EMPTY;
+        for (at, top) in self.tops.iter().enumerate() {
+            all = all.union(&top.boxes.around((top.used & !top.stale).into()));
+            for entry in lanes_of(top.used & top.stale) {
+                let shelf = self.known_shelf(at * 16 + entry);
+                all = all.union(&shelf.top.boxes.around((shelf.top.used & !shelf.top.stale).into()));
+                for group in lanes_of(shelf.top.used & shelf.top.stale) {
+                    for (block, lanes) in blocks_of(&shelf.live, group) {
+                        all = all.union(&self.known_boxes(shelf, block).around(lanes.into()));
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// The shelves with polygons that are not in the tree, and the boxes around their groups.
+    pub(super) fn unfiled_shelves(&self) -> impl Iterator<Item = (usize, &Around)> {
+        let tops = self.tops.iter().enumerate();
+        let entries = tops.flat_map(|(at, top)| lanes_of(top.unfiled).map(move |lane| at * 16 + lane));
+        entries.map(|entry| (entry, &self.known_shelf(entry).top))
+    }
+
+    /// The groups with polygons that are not in the tree.
+    pub(super) fn unfiled_groups(&self) -> impl Iterator<Item = Group<'_>> {
+        self.unfiled_shelves().flat_map(move |(entry, top)| {
+            lanes_of(top.unfiled).map(move |group| self.group(entry * GROUPS + group))
+        })
+    }
+
+    /// The group with this number, in a shelf with polygons.
+    #[inline(always)]
+    pub(super) fn group(&self, number: usize) -> Group<'_> {
+        let (entry, group) = (number / GROUPS, number % GROUPS);
+        Group { store: self, shelf: self.known_shelf(entry), entry, group }
+    }
+
+    /// The shelves, ascending by id: the number of the first block, and the shelf.
+    pub(super) fn shelves(&self) -> impl Iterator<Item = (u32, &Shelf)> {
+        let used = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
+        used.map(|(entry, &number)| ((entry * BLOCKS) as u32, &self.shelves[number]))
+    }
+
+    /// The place of the run that contains a polygon; `None` if no polygon of its block is in the tree.
+    #[inline]
+    pub(super) fn place(&self, id: u32) -> Option<Place> {
+        let at = self.at(id / 16)?;
+        match self.shelves[at.shelf].place[at.block] {
+            NONE => None,
+            place if place & DETAILED != 0 => Some(self.details[place & !DETAILED].places[id as usize % 16]),
+            place => Some(place),
+        }
+    }
+
+    /// Sets the place of the run that contains the polygons `mask` of a block.
+    pub(super) fn set_place(&mut self, block: u32, mask: u16, place: Place) {
+        let Some(At { shelf, block: at }) = self.at(block) else { return };
+        let shelf = &mut self.shelves[shelf];
+        let (old, filed) = (shelf.place[at], shelf.filed[at]);
+        if old == NONE || filed & !mask == 0 {
+            shelf.place[at] = place;
+            if old != NONE && old & DETAILED != 0 {
+                self.details.give(old & !DETAILED);
+            }
+            return;
+        }
+        let detail = if old & DETAILED != 0 {
+            old & !DETAILED
+        } else {
+            let detail = self.details.take();
+            self.details[detail].places = [old; 16];
+            shelf.place[at] = detail | DETAILED;
+            detail
+        };
+        let places = &mut self.details[detail].places;
+        for lane in lanes_of(mask) {
+            places[lane] = place;
+        }
+    }
+
+    /// Prefetches the detail that [`Store::set_place`] reads, if the block has one.
+    #[inline]
+    pub(super) fn prefetch_detail(&self, block: u32) {
+        if let Some(At { shelf, block }) = self.at(block) {
+            let place = self.shelves[shelf].place[block];
+            if place != NONE && place & DETAILED != 0 {
+                prefetch_lines::<1, _>(self.details.place(place & !DETAILED));
+            }
+        }
+    }
+
+    /// Makes room for this number of further polygons. Called between two frames.
+    pub(super) fn make_room(&mut self, polygons: usize) {
+        let shelves = polygons.div_ceil(IDS_A_SHELF);
+        self.shelves.make_room(shelves);
+        self.details.make_room(polygons / BLOCK);
+        self.exact.make_room(polygons / BLOCK);
+        if self.directory.capacity() - self.directory.len() < shelves {
+            self.directory.reserve(self.directory.len().max(1024));
+            self.tops.reserve(self.tops.len().max(64));
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.directory.clear();
+        self.tops.clear();
+        self.shelves.clear();
+        self.exact.clear();
+        self.details.clear();
+        (self.len, self.filed) = (0, 0);
+        (self.blocks, self.unfiled_blocks, self.wide_groups) = (0, 0, 0);
+    }
+
+    /// Memory held, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.directory.capacity() * size_of::<u32>()
+            + self.tops.capacity() * size_of::<Around>()
+            + self.shelves.bytes()
+            + self.exact.bytes()
+            + self.details.bytes()
+    }
+}
+
+/// A group with polygons that are not in the tree.
+#[derive(Clone, Copy)]
+pub(super) struct Group<'a> {
+    store: &'a Store,
+    shelf: &'a Shelf,
+    entry: usize,
+    group: usize,
+}
+
+impl<'a> Group<'a> {
+    /// The blocks with polygons that are not in the tree: number, these polygons, and the boxes.
+    pub(super) fn blocks(self) -> impl Iterator<Item = (u32, u16, &'a Boxes<16>)> + Clone {
+        lanes_of(self.around().unfiled).map(move |lane| self.block(lane))
+    }
+
+    /// One of these blocks.
+    #[inline(always)]
+    pub(super) fn block(self, lane: usize) -> (u32, u16, &'a Boxes<16>) {
+        let Self { store, shelf, entry, group } = self;
+        let block = group * 16 + lane;
+        let lanes = shelf.live[block] & !shelf.filed[block];
+        ((entry * BLOCKS + block) as u32, lanes, store.known_boxes(shelf, block))
+    }
+
+    /// The boxes around the blocks of the group.
+    #[inline(always)]
+    pub(super) fn around(self) -> &'a Around {
+        &self.shelf.groups[self.group]
+    }
+
+    /// A box around these blocks, which may be larger than needed; `None` if it is out of date.
+    pub(super) fn bounds(self) -> Option<Aabb> {
+        let around = self.around();
+        (around.stale & around.unfiled == 0).then(|| around.boxes.around(around.unfiled.into()))
+    }
+}
+
+/// The bits of a mask, in order.
+pub(super) fn lanes_of(mask: u16) -> impl Iterator<Item = usize> + Clone {
+    crate::polygon::bits::bits_of(u64::from(mask))
+}
+
+/// The blocks of a group that have a bit set in `masks`, with their masks.
+pub(super) fn blocks_of(masks: &[u16; BLOCKS], group: usize) -> impl Iterator<Item = (usize, u16)> {
+    let blocks = group * 16..group * 16 + 16;
+    blocks.map(|block| (block, masks[block])).filter(|&(_, mask)| mask != 0)
+}
