@@ -6,6 +6,7 @@ use super::{
     grid::{self, Grid, ROOT_SHIFT},
     layout::{Bucket, Node, OWN, TakenRun},
     pages::Pages,
+    plan::with_seen,
     pool::{NONE, Pool},
     residence::Residence,
     runs::Gathered,
@@ -83,6 +84,8 @@ impl Osp {
     #[doc(hidden)]
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
         Self::warm_up(backend);
+        // The first query of this thread then allocates nothing.
+        with_seen(|_| ());
         Self::empty(config, backend)
     }
 
