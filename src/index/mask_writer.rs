@@ -15,6 +15,9 @@ pub trait RunSink {
     fn found(&self) -> usize;
 }
 
+/// Number of blocks whose ids are written together, at most [`IdWriter::BLOCKS`].
+const TOGETHER: usize = 8;
+
 /// Number of bits that are set in masks. Four masks are counted at once.
 #[inline(always)]
 pub(crate) fn ones(masks: &[u16]) -> u32 {
@@ -34,9 +37,23 @@ impl RunSink for IdWriter<'_> {
 
     #[inline(always)]
     fn push_masks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) -> usize {
-        let before = self.len();
-        for (i, masks) in masks.chunks(Self::BLOCKS).enumerate() {
-            self.push_blocks(kernel, ((block + i * Self::BLOCKS) * BLOCK) as u32, masks);
+        // These are plain loops, because a closure would not be compiled for the kernel's instruction set.
+        let id_of = |at: usize| ((block + at) * BLOCK) as u32;
+        let is_full = |masks: &[u16]| masks.iter().fold(u16::MAX, |all, &mask| all & mask) == u16::MAX;
+        let (before, mut at) = (self.len(), 0);
+        while at < masks.len() {
+            let start = at;
+            while at + TOGETHER <= masks.len() && is_full(&masks[at..at + TOGETHER]) {
+                at += TOGETHER;
+            }
+            if at > start {
+                self.push_span(kernel, id_of(start), (at - start) * BLOCK);
+                continue;
+            }
+            // A branch for full blocks would be unpredictable here.
+            let end = (at + TOGETHER).min(masks.len());
+            self.push_blocks(kernel, id_of(at), &masks[at..end]);
+            at = end;
         }
         self.len() - before
     }

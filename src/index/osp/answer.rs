@@ -68,9 +68,6 @@ pub(super) trait Answer {
 /// Output as a list of ids.
 pub(super) struct Ids<'a>(IdWriter<'a>);
 
-/// Number of blocks whose ids are written together, at most [`IdWriter::BLOCKS`].
-const TOGETHER: usize = 8;
-
 impl<'a> Ids<'a> {
     pub(super) fn new(ids: &'a mut Vec<PolygonId>) -> Self {
         Self(IdWriter::new(ids))
@@ -92,24 +89,7 @@ impl Answer for Ids<'_> {
 
     #[inline(always)]
     fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
-        // These are plain loops, because a closure would not be compiled for the kernel's instruction set.
-        let id_of = |at: usize| ((block + at) * BLOCK) as u32;
-        let is_full = |masks: &[u16]| masks.iter().fold(u16::MAX, |all, &mask| all & mask) == u16::MAX;
-        let mut at = 0;
-        while at < masks.len() {
-            let start = at;
-            while at + TOGETHER <= masks.len() && is_full(&masks[at..at + TOGETHER]) {
-                at += TOGETHER;
-            }
-            if at > start {
-                self.0.push_span(kernel, id_of(start), (at - start) * BLOCK);
-                continue;
-            }
-            // A branch for full blocks would be unpredictable here.
-            let end = (at + TOGETHER).min(masks.len());
-            self.0.push_blocks(kernel, id_of(at), &masks[at..end]);
-            at = end;
-        }
+        self.0.push_masks(kernel, block, masks);
     }
 
     #[inline(always)]
