@@ -84,9 +84,9 @@ impl FindShelves<'_> {
         let groups = wanted & (top.stale | !sides.behind as u16);
         let cut = groups & (top.stale | sides.cut as u16);
         self.seen.push(Seen { entry: entry as u32, planes, groups, sides });
-        self.most = self.most.wrapping_sub(cut.count_ones() as usize);
-        // A negative number is large.
-        self.most <= usize::MAX / 2
+        let left = self.most.checked_sub(cut.count_ones() as usize);
+        self.most = left.unwrap_or(0);
+        left.is_some()
     }
 }
 

@@ -46,10 +46,10 @@ impl Osp {
     }
 
     /// Whether the walk in the order of the ids answers a query alone. Then `seen` has the shelves of the walk.
-    pub(super) fn is_in_order(&self, planes: &PlaneSet, seen: &mut Vec<Seen>) -> bool {
+    fn is_in_order(&self, planes: &PlaneSet, seen: &mut Vec<Seen>) -> bool {
         let (store, most) = (&self.store, self.most_in_order());
         let is_sure = store.filed() == 0 || store.shelf_count() * GROUPS <= most || store.is_mostly_unfiled();
-        self.find_shelves(planes, Of::All, if is_sure { usize::MAX / 2 } else { most }, seen)
+        self.find_shelves(planes, Of::All, if is_sure { usize::MAX } else { most }, seen)
     }
 
     fn find_shelves(&self, planes: &PlaneSet, of: Of, most: usize, seen: &mut Vec<Seen>) -> bool {
@@ -79,7 +79,7 @@ impl Osp {
             let answer = Ids::new(draw_list);
             let mut work = self.backend.run(Cull { osp: self, top: self.top, planes, answer }).0;
             if self.store.unfiled() > 0 {
-                self.find_shelves(planes, Of::Unfiled, usize::MAX / 2, seen);
+                self.find_shelves(planes, Of::Unfiled, usize::MAX, seen);
                 work += self.in_order(planes, Of::Unfiled, seen, Ids::new(draw_list)).0;
             }
             work
@@ -88,11 +88,7 @@ impl Osp {
 
     pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         let planes = &self.planes(frustum);
-        let in_order = |seen: &mut Vec<Seen>, visible: &mut VisibleBlocks| {
-            self.is_in_order(planes, seen)
-                .then(|| self.fill(visible, |answer| self.in_order(planes, Of::All, seen, answer)))
-        };
-        if let Some(work) = with_seen(|seen| in_order(seen, visible)) {
+        if let Some(work) = self.cull_in_order(planes, visible) {
             return work;
         }
         let mut work = if self.store.are_scattered() {
@@ -111,13 +107,21 @@ impl Osp {
         work
     }
 
+    /// Culls by the walk in the order of the ids; `None` without effect if it does not answer alone.
+    pub(super) fn cull_in_order(&self, planes: &PlaneSet, visible: &mut VisibleBlocks) -> Option<WorkCounts> {
+        with_seen(|seen| {
+            self.is_in_order(planes, seen)
+                .then(|| self.fill(visible, |answer| self.in_order(planes, Of::All, seen, answer)))
+        })
+    }
+
     /// Adds the polygons that are not in the tree.
     pub(super) fn cull_unfiled(&self, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
         if self.store.unfiled() == 0 {
             return WorkCounts::default();
         }
         with_seen(|seen| {
-            self.find_shelves(planes, Of::Unfiled, usize::MAX / 2, seen);
+            self.find_shelves(planes, Of::Unfiled, usize::MAX, seen);
             self.fill(visible, |answer| self.in_order(planes, Of::Unfiled, seen, answer))
         })
     }

@@ -17,7 +17,6 @@ use super::{
     index::Osp,
     layout::{Bucket, Page, PageBoxes, Target},
     pair_sets::{BOTH, Sets},
-    plan::with_seen,
     pool::NONE,
     query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, QUEUE, SEVERAL, STACK, WorkQueue, count, store_of},
 };
@@ -48,8 +47,8 @@ impl Osp {
             match (&frusta[at..views], &mut visible[at..views]) {
                 ([a, b, ..], [first, second, ..]) if !self.store.are_scattered() && are_alike(a, b) => {
                     let planes = [PlaneSet::new(a), PlaneSet::new(b)];
-                    if with_seen(|seen| self.is_in_order(&planes[0], seen)) {
-                        work += self.cull_blocks(a, first);
+                    if let Some(of_first) = self.cull_in_order(&planes[0], first) {
+                        work += of_first;
                         work += self.cull_blocks(b, second);
                     } else {
                         work += self.cull_pair(&planes, [&mut *first, &mut *second]);
