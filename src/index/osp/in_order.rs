@@ -1,3 +1,4 @@
+#![expect(unsafe_code, reason = "boxes in use are looked up without a check; it pays in queries")]
 //! The walk in the order of the ids: a hierarchy of boxes around 16, 256 and 4,096 consecutive ids. It answers a query
 //! alone if few groups of 256 ids are cut by a plane. Otherwise the tree answers for the filed polygons, and this walk
 //! for the rest.
@@ -5,7 +6,8 @@
 use super::{
     answer::Answer,
     query::count,
-    store::{Around, BLOCKS, Exact, Shelf, Store},
+    shelf::{Around, BLOCKS, Exact, Shelf},
+    store::Store,
 };
 use crate::index::{
     WorkCounts,
@@ -78,7 +80,7 @@ impl WithKernel for FindShelves<'_> {
 impl FindShelves<'_> {
     #[inline(always)]
     fn shelf<K: Kernel>(&mut self, kernel: K, entry: usize, planes: u8) -> bool {
-        let top = &self.store.known_shelf(entry).top;
+        let top = &self.store.shelf_at(entry).top;
         let wanted = self.of.wanted(top);
         let sides = test(kernel, self.planes, top, wanted & !top.stale, planes);
         let groups = wanted & (top.stale | !sides.behind as u16);
@@ -143,7 +145,7 @@ const FEW_PLANES: u32 = 3;
 impl<K: Kernel, A: Answer> Walk<'_, K, A> {
     #[inline(always)]
     fn shelf(&mut self, &Seen { entry, planes, groups, sides }: &Seen) {
-        let (shelf, first) = (self.store.known_shelf(entry as usize), entry as usize * BLOCKS);
+        let (shelf, first) = (self.store.shelf_at(entry as usize), entry as usize * BLOCKS);
         if planes == 0 && self.of == Of::All {
             let before = self.answer.count();
             self.answer.blocks(self.kernel, first, &shelf.live);
@@ -219,7 +221,8 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
         while cut != 0 {
             let block = base + cut.trailing_zeros() as usize % 16;
             cut &= cut - 1;
-            let boxes = self.store.known_boxes(shelf, block);
+            // SAFETY: a block that is wanted has a polygon; `validate` checks its bits.
+            let boxes = unsafe { self.store.known_boxes(shelf.boxes[block]) };
             let behind = match is_few {
                 true => self.planes.behind(self.kernel, mask, boxes),
                 false => self.planes.behind_any(self.kernel, boxes),

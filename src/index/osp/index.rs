@@ -320,7 +320,7 @@ impl SpatialIndex for Osp {
 }
 
 /// Number of blocks filed between two checks of the free room.
-pub(super) const CHANGES_BETWEEN: u32 = 64;
+const CHANGES_BETWEEN: u32 = 64;
 
 /// Number of polygons for which room is reserved in advance, so that memory is allocated between two frames.
 const AHEAD: usize = 4096;

@@ -33,7 +33,7 @@
 //!
 //! # Files
 //!
-//! * Insert, move, remove: `index.rs` (entry), `store.rs`.
+//! * Insert, move, remove: `index.rs` (entry), `store.rs`, `shelf.rs`, `unfiled.rs`.
 //! * Commit: `residence.rs`, which files blocks (`runs.rs`, `insert.rs`, `grid.rs`) and takes polygons out (`remove.rs`);
 //!   then `remove.rs` (upkeep), `divide.rs`, `order.rs`.
 //! * Query: `plan.rs` chooses the method, `in_order.rs` walks the store, `query.rs` the tree, `two_eyes.rs` the tree for
@@ -68,10 +68,12 @@ mod ray;
 mod remove;
 mod residence;
 mod runs;
+mod shelf;
 mod store;
 mod thin;
 mod tuning;
 mod two_eyes;
+mod unfiled;
 mod validate;
 mod visit;
 mod warm;

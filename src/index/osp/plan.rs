@@ -9,7 +9,7 @@ use super::{
     in_order::{FindShelves, InOrder, Of, Seen},
     index::Osp,
     query::Cull,
-    store::GROUPS,
+    shelf::GROUPS,
     tuning::MOST_IN_ORDER_SCATTERED,
 };
 use crate::{

@@ -529,5 +529,5 @@ pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
 #[inline(always)]
 pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
     // SAFETY: the store of a run of several polygons is in use; `validate` checks it.
-    unsafe { osp.store.boxes_of_run(number) }
+    unsafe { osp.store.known_boxes(number) }
 }

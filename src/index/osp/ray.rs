@@ -9,7 +9,8 @@ use super::{
     index::Osp,
     layout::Target,
     pool::NONE,
-    store::{GROUPS, Group, lanes_of},
+    shelf::{GROUPS, lanes_of},
+    unfiled::Group,
 };
 use crate::{
     index::{

@@ -12,7 +12,8 @@ use std::{collections::VecDeque, mem};
 
 use super::{
     index::Osp,
-    store::{At, GROUPS, lanes_of},
+    shelf::{GROUPS, lanes_of},
+    store::At,
 };
 use crate::{math::Aabb, polygon::PolygonId};
 
@@ -80,7 +81,7 @@ pub(super) struct Residence {
     /// Whether the model is so large that queries may use the tree. Otherwise no block is filed.
     pub(super) is_tree_needed: bool,
     /// Whether no polygon is filed, because many change.
-    pub(super) is_paused: bool,
+    is_paused: bool,
     /// The commit in which the pause began, and its least length.
     since: u32,
     pause: u32,

@@ -1,6 +1,6 @@
 //! Divides the polygons of a block into runs of neighbours.
 
-use super::{layout::Run, pool::NONE, store::lanes_of, tuning::RUN_STRETCH};
+use super::{layout::Run, pool::NONE, shelf::lanes_of, tuning::RUN_STRETCH};
 use crate::index::simd::{Boxes, Wide};
 
 /// The runs of a block.

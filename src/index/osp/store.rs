@@ -1,4 +1,4 @@
-#![expect(unsafe_code, reason = "shelves and boxes in use are looked up without a check; it pays in queries")]
+#![expect(unsafe_code, reason = "boxes in use are looked up without a check; it pays in queries")]
 //! The boxes of all polygons, by id. Sixteen consecutive ids are a block, sixteen blocks a group, sixteen groups a shelf.
 //! The box around each block, group and shelf lies beside it, so that a query can walk the polygons in the order of
 //! their ids (`in_order.rs`). A new box of a polygon is one write, and marks the boxes above as stale. They are computed
@@ -6,7 +6,11 @@
 //!
 //! A polygon is *filed* if the tree holds it, too. The store also maps a filed polygon to its run in the tree.
 
-use super::pool::{NONE, Pool, Pooled};
+use super::{
+    pool::{NONE, Pool},
+    shelf::{Around, BLOCKS, DETAILED, Detail, Exact, GROUPS, IDS_A_SHELF, Place, Shelf, lanes_of},
+    unfiled::Group,
+};
 use crate::{
     index::{
         IndexError,
@@ -15,147 +19,6 @@ use crate::{
     math::Aabb,
     polygon::{BLOCK, PolygonId},
 };
-
-/// Number of blocks of a shelf.
-pub(super) const BLOCKS: usize = 256;
-/// Number of groups of a shelf.
-pub(super) const GROUPS: usize = 16;
-/// Number of ids of a shelf.
-pub(super) const IDS_A_SHELF: usize = BLOCKS * BLOCK;
-
-/// Flag of a [`Place`] that holds the number of a [`Detail`].
-const DETAILED: u32 = 1 << 31;
-
-/// The place of a run: its page's number times 16, plus its lane.
-pub(super) type Place = u32;
-
-/// Boxes around sixteen blocks, groups or shelves, with a bit for each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Around {
-    pub(super) boxes: Boxes<16>,
-    /// Those with a polygon.
-    pub(super) used: u16,
-    /// Those with a polygon that is not filed.
-    pub(super) unfiled: u16,
-    /// Those whose box is out of date. Then the box around this entry is out of date, too.
-    pub(super) stale: u16,
-    /// Those whose box may be too large, and the stale ones. Only used for blocks.
-    loose: u16,
-    /// Whether most boxes are nearly as large as the box around them, so that a test of them decides little. Only used
-    /// for blocks.
-    pub(super) is_wide: bool,
-}
-
-impl Around {
-    const EMPTY: Self = Self { boxes: Boxes::EMPTY, used: 0, unfiled: 0, stale: 0, loose: 0, is_wide: false };
-
-    /// Sets or clears the bit of a lane in `used` and `unfiled`. Returns the change of the number of unfiled lanes.
-    #[inline]
-    fn note(&mut self, lane: usize, is_used: bool, is_unfiled: bool) -> isize {
-        let bit = 1 << (lane % 16);
-        let change = isize::from(is_unfiled) - isize::from(self.unfiled & bit != 0);
-        self.used = self.used & !bit | u16::from(is_used) << (lane % 16);
-        self.unfiled = self.unfiled & !bit | u16::from(is_unfiled) << (lane % 16);
-        change
-    }
-
-    /// Sets `is_wide`: whether the mean longest edge of the boxes is at least half of the longest edge of the box around
-    /// them. Returns the change of the number of wide groups.
-    fn measure(&mut self, bounds: &Aabb) -> isize {
-        let longest = |bounds: &Aabb| bounds.extent().max_element();
-        let sum: f32 = lanes_of(self.used).map(|lane| longest(&self.boxes.get(lane))).sum();
-        let was_wide = self.is_wide;
-        // Not true for an empty group, whose boxes have no extent.
-        self.is_wide = self.used != 0 && 2.0 * sum >= longest(bounds) * self.used.count_ones() as f32;
-        isize::from(self.is_wide) - isize::from(was_wide)
-    }
-}
-
-/// 4,096 consecutive ids.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shelf {
-    /// For each block, its polygons.
-    pub(super) live: [u16; BLOCKS],
-    /// For each block, its polygons in the tree.
-    pub(super) filed: [u16; BLOCKS],
-    /// For each block, the polygons that were inserted or moved since the block was last examined.
-    pub(super) moved: [u16; BLOCKS],
-    /// For each block, the place of its only run; or `DETAILED` with the number of its detail; or [`NONE`].
-    place: [u32; BLOCKS],
-    /// For each block with a polygon, the number of its boxes.
-    boxes: [u32; BLOCKS],
-    /// For each group, the boxes around its blocks.
-    pub(super) groups: [Around; 16],
-    /// The boxes around the groups.
-    pub(super) top: Around,
-    /// For each group, the blocks that wait for an examination.
-    pub(super) waiting: [u16; 16],
-    /// For each group, the blocks that did not move between their last two examinations.
-    pub(super) resting: [u16; 16],
-    /// In a free shelf, the next free shelf.
-    next: u32,
-}
-
-impl Pooled for Shelf {
-    const BLANK: Self = Self {
-        live: [0; BLOCKS],
-        filed: [0; BLOCKS],
-        moved: [0; BLOCKS],
-        place: [NONE; BLOCKS],
-        boxes: [NONE; BLOCKS],
-        groups: [Around::EMPTY; 16],
-        top: Around::EMPTY,
-        waiting: [0; 16],
-        resting: [0; 16],
-        next: NONE,
-    };
-    const SHIFT: u32 = 2;
-
-    fn next_free(&self) -> u32 {
-        self.next
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.next = next;
-    }
-}
-
-/// The place of each polygon of a block with more than one run.
-#[derive(Clone, Copy, Debug)]
-struct Detail {
-    places: [Place; 16],
-}
-
-impl Pooled for Detail {
-    const BLANK: Self = Self { places: [NONE; 16] };
-
-    fn next_free(&self) -> u32 {
-        self.places[0]
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.places[0] = next;
-    }
-}
-
-/// The boxes of a block's polygons. The lanes of unused ids are unspecified.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Exact {
-    pub(super) boxes: Boxes<16>,
-}
-
-impl Pooled for Exact {
-    const BLANK: Self = Self { boxes: Boxes::EMPTY };
-
-    fn next_free(&self) -> u32 {
-        self.boxes.rows[0][0].to_bits()
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.boxes.rows[0][0] = f32::from_bits(next);
-    }
-}
 
 #[derive(Clone, Debug)]
 pub(super) struct Store {
@@ -271,18 +134,14 @@ impl Store {
 
     /// The shelf of an entry of the directory that is used in `tops`.
     #[inline(always)]
-    pub(super) fn known_shelf(&self, entry: usize) -> &Shelf {
-        debug_assert!(self.directory[entry] != NONE);
-        // SAFETY: `tops` marks an entry as used as long as its shelf is in use; `check` compares both.
-        unsafe { self.shelves.known(self.directory[entry]) }
+    pub(super) fn shelf_at(&self, entry: usize) -> &Shelf {
+        &self.shelves[self.directory[entry]]
     }
 
     /// The boxes of a block that has a polygon.
     #[inline(always)]
-    pub(super) fn known_boxes(&self, shelf: &Shelf, block: usize) -> &Boxes<16> {
-        debug_assert!(shelf.live[block] != 0);
-        // SAFETY: a block has boxes as long as it has a polygon; `check` compares both.
-        unsafe { &self.exact.known(shelf.boxes[block]).boxes }
+    pub(super) fn boxes_of(&self, shelf: &Shelf, block: usize) -> &Boxes<16> {
+        self.boxes(shelf.boxes[block])
     }
 
     /// The boxes of the first `blocks` blocks of a group, which all have polygons, if they lie in a row.
@@ -298,10 +157,10 @@ impl Store {
     /// The exact boxes with this number, without a check of the number.
     ///
     /// # Safety
-    /// `number` belongs to a run in the tree.
+    /// `number` belongs to a block that has a polygon.
     #[inline(always)]
-    pub(super) unsafe fn boxes_of_run(&self, number: u32) -> &Boxes<16> {
-        // SAFETY: a block has boxes as long as it has a polygon; `check` compares both.
+    pub(super) unsafe fn known_boxes(&self, number: u32) -> &Boxes<16> {
+        // SAFETY: a block has boxes as long as it has a polygon; `validate` checks this.
         unsafe { &self.exact.known(number).boxes }
     }
 
@@ -503,7 +362,7 @@ impl Store {
         self.note(at, block);
     }
 
-    /// Records that no polygon is in the tree. The polygons count as unmoved.
+    /// Records that no polygon is in the tree.
     pub(super) fn unfile_all(&mut self) {
         for entry in 0..self.directory.len() {
             if self.directory[entry] == NONE {
@@ -523,7 +382,8 @@ impl Store {
         (self.filed, self.unfiled_blocks) = (0, self.blocks);
     }
 
-    /// Marks all blocks with unfiled polygons as waiting, and as moving. Calls `out` with those that did not wait before.
+    /// Marks all blocks with unfiled polygons as waiting, and no block as resting. Calls `out` with those that did not
+    /// wait before.
     pub(super) fn let_all_wait(&mut self, mut out: impl FnMut(u32)) {
         for (entry, &number) in self.directory.iter().enumerate().filter(|(_, number)| **number != NONE) {
             let shelf = &mut self.shelves[number];
@@ -580,11 +440,12 @@ impl Store {
         for (at, top) in self.tops.iter().enumerate() {
             all = all.union(&top.boxes.around((top.used & !top.stale).into()));
             for entry in lanes_of(top.used & top.stale) {
-                let shelf = self.known_shelf(at * 16 + entry);
+                let shelf = self.shelf_at(at * 16 + entry);
                 all = all.union(&shelf.top.boxes.around((shelf.top.used & !shelf.top.stale).into()));
                 for group in lanes_of(shelf.top.used & shelf.top.stale) {
-                    for (block, lanes) in blocks_of(&shelf.live, group) {
-                        all = all.union(&self.known_boxes(shelf, block).around(lanes.into()));
+                    for block in lanes_of(shelf.groups[group].used).map(|lane| group * 16 + lane) {
+                        let lanes = shelf.live[block].into();
+                        all = all.union(&self.boxes_of(shelf, block).around(lanes));
                     }
                 }
             }
@@ -596,7 +457,7 @@ impl Store {
     pub(super) fn unfiled_shelves(&self) -> impl Iterator<Item = (usize, &Around)> {
         let tops = self.tops.iter().enumerate();
         let entries = tops.flat_map(|(at, top)| lanes_of(top.unfiled).map(move |lane| at * 16 + lane));
-        entries.map(|entry| (entry, &self.known_shelf(entry).top))
+        entries.map(|entry| (entry, &self.shelf_at(entry).top))
     }
 
     /// The groups with polygons that are not in the tree.
@@ -610,7 +471,7 @@ impl Store {
     #[inline(always)]
     pub(super) fn group(&self, number: usize) -> Group<'_> {
         let (entry, group) = (number / GROUPS, number % GROUPS);
-        Group { store: self, shelf: self.known_shelf(entry), entry, group }
+        Group::new(self, entry, group)
     }
 
     /// The shelves, ascending by id: the number of the first block, and the shelf.
@@ -697,52 +558,4 @@ impl Store {
             + self.exact.bytes()
             + self.details.bytes()
     }
-}
-
-/// A group with polygons that are not in the tree.
-#[derive(Clone, Copy)]
-pub(super) struct Group<'a> {
-    store: &'a Store,
-    shelf: &'a Shelf,
-    entry: usize,
-    group: usize,
-}
-
-impl<'a> Group<'a> {
-    /// The blocks with polygons that are not in the tree: number, these polygons, and the boxes.
-    pub(super) fn blocks(self) -> impl Iterator<Item = (u32, u16, &'a Boxes<16>)> + Clone {
-        lanes_of(self.around().unfiled).map(move |lane| self.block(lane))
-    }
-
-    /// One of these blocks.
-    #[inline(always)]
-    pub(super) fn block(self, lane: usize) -> (u32, u16, &'a Boxes<16>) {
-        let Self { store, shelf, entry, group } = self;
-        let block = group * 16 + lane;
-        let lanes = shelf.live[block] & !shelf.filed[block];
-        ((entry * BLOCKS + block) as u32, lanes, store.known_boxes(shelf, block))
-    }
-
-    /// The boxes around the blocks of the group.
-    #[inline(always)]
-    pub(super) fn around(self) -> &'a Around {
-        &self.shelf.groups[self.group]
-    }
-
-    /// A box around these blocks, which may be larger than needed; `None` if it is out of date.
-    pub(super) fn bounds(self) -> Option<Aabb> {
-        let around = self.around();
-        (around.stale & around.unfiled == 0).then(|| around.boxes.around(around.unfiled.into()))
-    }
-}
-
-/// The bits of a mask, in order.
-pub(super) fn lanes_of(mask: u16) -> impl Iterator<Item = usize> + Clone {
-    crate::polygon::bits::bits_of(u64::from(mask))
-}
-
-/// The blocks of a group that have a bit set in `masks`, with their masks.
-pub(super) fn blocks_of(masks: &[u16; BLOCKS], group: usize) -> impl Iterator<Item = (usize, u16)> {
-    let blocks = group * 16..group * 16 + 16;
-    blocks.map(|block| (block, masks[block])).filter(|&(_, mask)| mask != 0)
 }

@@ -3,7 +3,7 @@
 //! descends only into nodes that lie in the frustum and are partly hidden. It removes wholly hidden nodes from the
 //! result, and keeps nodes that are not hidden without reading them.
 
-use super::{index::Osp, layout::Target, pool::NONE, store::Group};
+use super::{index::Osp, layout::Target, pool::NONE, unfiled::Group};
 use crate::{
     index::{
         Thinner, Visit,

@@ -5,7 +5,7 @@ use super::{
     index::Osp,
     layout::{Bucket, Link, OWN, Target},
     pool::NONE,
-    store::BLOCKS,
+    shelf::BLOCKS,
 };
 use crate::math::Aabb;
 
@@ -95,7 +95,7 @@ impl Osp {
                     if live == 0 {
                         continue;
                     }
-                    let bounds = self.store.known_boxes(shelf, block).around(live.into());
+                    let bounds = self.store.boxes_of(shelf, block).around(live.into());
                     ensure!(
                         bit(around.stale) || around.boxes.get(lane).contains(&bounds),
                         "the box around block {block} is too small"
@@ -111,6 +111,9 @@ impl Osp {
             let is_right = shelf.top.stale != 0 || top.boxes.get(lane).contains(&of_groups);
             ensure!(is_right, "the box around shelf {entry} is too small");
         }
+        let shelves = self.store.shelves().filter(|(_, shelf)| shelf.top.used != 0).count() as u32;
+        let used: u32 = self.store.tops.iter().map(|top| top.used.count_ones()).sum();
+        ensure!(used == shelves, "{used} shelves are marked as used, {shelves} are");
         let found = (polygons, blocks, unfiled);
         let counted = (self.store.len(), self.store.blocks(), self.store.unfiled_blocks());
         ensure!(found == counted, "{found:?} polygons, blocks and unfiled blocks; {counted:?} counted");

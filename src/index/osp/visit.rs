@@ -1,6 +1,6 @@
 //! The walk that passes nodes, leaves, pages and runs to a visitor.
 
-use super::{index::Osp, layout::Target, pool::NONE, store::Group};
+use super::{index::Osp, layout::Target, pool::NONE, unfiled::Group};
 use crate::{
     index::{Node, Visit, Visitor, WorkCounts},
     math::{Aabb, Containment, Frustum, PlaneMask},

@@ -141,7 +141,7 @@ fn every_query_finds_the_same_by_the_walk_and_by_the_tree() {
     }
 }
 
-/// An import is in the tree after its own commit; what is drawn follows when it has not changed for a while.
+/// The commit after an import files all its polygons. A drawn block is filed when it has not changed for a while.
 #[test]
 fn polygons_are_filed_when_they_rest() {
     let boxes = drawn(6_000, 56);

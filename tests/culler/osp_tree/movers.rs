@@ -10,7 +10,7 @@ use osp::{
 use osp_testkit::boxes::{Rng, drawn, shuffled};
 use proptest::prelude::{ProptestConfig, proptest};
 
-/// An index that answers by the tree, and by the walk in order for what is not in the tree.
+/// The tree answers for the polygons that it holds, and the walk in order for the others.
 fn osp() -> Osp {
     Osp::new(&config()).with_most_in_order(0)
 }
