@@ -396,13 +396,10 @@ impl Culler {
     /// Refuses changes for which there is no memory.
     fn make_room(&mut self, more: usize) -> Outcome<()> {
         let needed = self.pending + more;
-        let is_sure = self.asked == room::asked();
-        if !is_sure || needed > self.room {
+        if self.asked != room::asked() || needed > self.room {
             // The steps are larger, so that single objects do not request memory each time.
             let steps = [needed.max(self.room + self.room / 2), needed];
             let Some(room) = steps.into_iter().find(|&changes| self.is_left(changes)) else {
-                // A request that fails takes nothing, so there is still room for the changes before.
-                self.asked = if is_sure { room::asked() } else { self.asked };
                 return refused(&format!("there is no memory left for {more} more changes"));
             };
             self.room = room;
@@ -420,8 +417,10 @@ impl Culler {
     }
 
     fn is_left(&mut self, changes: usize) -> bool {
+        let is_sure = self.asked == room::asked();
         let is_left = room::is_left(self.change_bytes(changes));
-        if is_left {
+        // A request that fails takes nothing, so there is still room for the changes before.
+        if is_left || is_sure {
             self.asked = room::asked();
         }
         is_left
