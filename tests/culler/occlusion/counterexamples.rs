@@ -62,8 +62,8 @@ fn assert_only_the_paper_is_wrong(window: &ViewWindow, polygons: &[Polygon], pap
 }
 
 /// Rule 2: the triangle never reaches the quadrant x < 0, y < 0, but one of its planes is all that is left there. Rule 5: a
-/// united outline is not convex any more; what a cell keeps of it need not be what reaches the cell. Rule 6: the worse square
-/// loses its left side also below the better one, where nobody else has that plane.
+/// united outline is not convex any more, so a cell may keep another part of it than the part that reaches the cell. Rule 6:
+/// the worse square loses its left side also below the better one, where nobody else has that plane.
 #[test]
 fn rules_2_5_and_6_lose_planes() {
     // The paper's splitters have to be x = 0, then y = 0: the first outline starts there.

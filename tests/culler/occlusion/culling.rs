@@ -22,7 +22,7 @@ use osp_session::scene::Scene;
 
 fn inserted(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
     let config = IndexConfig::default();
-    // With the default limit, so few polygons would stay a plain list.
+    // By default, queries of so few polygons do not use the tree.
     let mut index: Box<dyn SpatialIndex> = match kind {
         IndexKind::Osp => Box::new(Osp::new(&config).with_all_in_tree()),
         _ => kind.create(&config),

@@ -64,9 +64,9 @@ fn a_tree_that_was_cleared_is_as_a_new_one() {
     }
 }
 
-/// A block that is open again knows what is in the tree already.
+/// A block knows which of its polygons are in the tree.
 #[test]
-fn a_polygon_is_not_inserted_twice_into_a_block_that_is_open_again() {
+fn a_polygon_is_not_inserted_twice_into_a_block_that_is_partly_filed() {
     let mut both = Both::new();
     let boxes = [Aabb::cube(Vec3::splat(0.5), 0.1), Aabb::cube(Vec3::splat(-0.5), 0.1)];
     both.add(&boxes);
@@ -91,7 +91,6 @@ fn the_largest_leaf_that_there_can_be_keeps_all_its_runs() {
             both.add(&[piece(0.0), piece(0.55)])
         })
         .collect();
-    // Whatever is added last waits in the open block.
     both.add_small(1, &corner, &mut rng);
     both.osp.commit();
     long.iter().for_each(|id| both.remove(id + 1));

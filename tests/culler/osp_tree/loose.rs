@@ -17,7 +17,6 @@ fn tree(both: &mut Both, rng: &mut Rng, count: usize, rows: &[usize]) -> Vec<u32
     both.add_small(count, &part(), rng);
     let corner = Aabb::cube(Vec3::splat(0.5), 0.1);
     let rows: Vec<u32> = rows.iter().map(|&count| both.add(&row(rng.point(&corner), count))).collect();
-    // What is added last waits in the open block.
     both.add_small(1, &part(), rng);
     both.wait();
     both.check();

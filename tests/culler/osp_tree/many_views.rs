@@ -97,7 +97,7 @@ proptest! {
                     osp.commit();
                 }
             }
-            // With an open block, and with what was taken out still loose.
+            // Before a commit files what was inserted last, and tightens what was taken out.
             assert_as_one_by_one(&osp, &frusta);
             for i in (0..boxes.len()).filter(|i| i / 40 % 5 == 1 || i % 11 == 0) {
                 osp.remove(PolygonId(i as u32)).expect("it is there");

@@ -86,9 +86,9 @@ fn a_list_is_in_view_altogether_only_if_its_last_page_is() {
     }
 }
 
-/// Of the first block some polygons are in the tree, others in the open block.
+/// Some polygons of the first block are in the tree, others are not.
 #[test]
-fn a_block_that_is_open_again_is_in_view_with_both_parts() {
+fn a_block_that_is_partly_filed_is_in_view_with_both_parts() {
     for backend in backends() {
         let mut osp = tree(backend);
         let boxes = drawn(600, 40);

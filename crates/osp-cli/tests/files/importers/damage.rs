@@ -86,7 +86,7 @@ fn a_file_cut_off_anywhere_gives_what_came_before() {
     }
 }
 
-/// What the metadata say of light and layers is sound or left out, whatever became of it.
+/// The reader takes sound lights and layers from damaged metadata, and leaves out the others.
 #[test]
 fn every_cut_and_flipped_bit_of_bare_metadata_does_no_harm() {
     let folder = tempfile::tempdir().unwrap();

@@ -54,8 +54,8 @@ fn moved(number: u32, by: Vec3) -> Event {
     Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(number)], by }
 }
 
-/// A picture that becomes smaller, or changes its depth only, needs no larger memory: what was bound for the old one must go
-/// all the same. The depth of a finished picture is not kept: in one of another size, the wall hides again what it hid.
+/// A picture that becomes smaller, or changes its depth only, needs no larger memory, but its bindings must be made again.
+/// The depth of a finished picture is not kept. In a picture of another size, the wall hides the same polygons again.
 #[test]
 fn the_depth_of_a_larger_picture_is_not_asked_for_a_smaller_one() {
     let Some(gpu) = gpu() else { return };

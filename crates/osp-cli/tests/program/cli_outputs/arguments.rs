@@ -78,8 +78,8 @@ fn numbers_out_of_range_are_refused_by_every_command() {
     assert_eq!(super::names(folder.path()), ["a.ron"]);
 }
 
-/// Nothing is printed but one error, and nothing is written. `old.ron` and `old` are no sessions: what is wrong with a name
-/// is said before they are read.
+/// The program prints one error and writes nothing. `old.ron` and `old` are no sessions: the program names a wrong argument
+/// before it reads them.
 #[test]
 fn what_cannot_be_meant_is_one_clear_error() {
     let folder = temp();
