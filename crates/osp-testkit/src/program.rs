@@ -16,7 +16,8 @@ use crate::ROOT;
 pub struct Program(pub &'static str);
 
 impl Program {
-    /// Returns the program with arguments, in a folder.
+    /// Returns the program with arguments, in a folder. A replay or study without `--budget` measures every frame, also on a
+    /// slow machine.
     pub fn command_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
@@ -25,6 +26,11 @@ impl Program {
         let mut command = Command::new(self.0);
         // Some graphics drivers print errors without this variable. Nothing may print them.
         command.args(args).current_dir(folder).env_remove("XDG_RUNTIME_DIR");
+        let given: Vec<&OsStr> = command.get_args().collect();
+        let is_measured = given.first().is_some_and(|name| *name == "replay" || *name == "study");
+        if is_measured && !given.contains(&OsStr::new("--budget")) {
+            command.args(["--budget", "1e9"]);
+        }
         command
     }
 
