@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{
+    guards::rectangle,
     random::Random,
     session::{Told, polygon, ribbon, view},
 };
@@ -15,8 +16,10 @@ use osp::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
 };
-use osp_lab::Method;
-use osp_lab::oracle::{Oracle, OracleConfig, Sight, Subject};
+use osp_lab::{
+    Method,
+    oracle::{Oracle, OracleConfig, Sight, Subject},
+};
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
@@ -46,22 +49,12 @@ fn file(index: &mut dyn SpatialIndex, scene: &Scene, changes: &[Change]) {
 
 /// A wall of four by three metres at z = -1, some panels, and much behind and before it.
 fn hall() -> Told {
-    let mut told = Told::default();
     let mut random = Random::new(11);
-    let mut events = vec![polygon(
-        &[
-            Vec3::new(-2.0, -1.5, -1.0),
-            Vec3::new(2.0, -1.5, -1.0),
-            Vec3::new(2.0, 1.5, -1.0),
-            Vec3::new(-2.0, 1.5, -1.0),
-        ],
-        1.0,
-    )];
+    let mut events = vec![polygon(&rectangle(-1.0, [-2.0, 2.0], [-1.5, 1.5]), 1.0)];
     for stroke in 0..60 {
         events.extend(ribbon(stroke, 30, 0.03, &mut random));
     }
-    told.tell(&events);
-    told
+    Told::of(&events)
 }
 
 fn views() -> Vec<View> {

@@ -53,20 +53,15 @@ fn a_wall_that_was_moved_hides_nothing_at_its_old_place() {
     ];
     for (i, events) in moves.iter().enumerate() {
         for roughly in [false, true] {
-            let mut told = Told::default();
-            let mut pool = OccluderPool::new(PoolConfig::default());
-            told.tell(&wall(0, Vec3::new(-1.0, -0.5, -4.0), 2, 1.0));
-            pool.follow(&told.scene, &told.changes);
+            let mut told = Told::of(&wall(0, Vec3::new(-1.0, -0.5, -4.0), 2, 1.0));
+            let mut pool = told.pool();
             assert_eq!(pool.len(), 1, "one patch of two");
             assert!(is_hidden(&pool, &told.scene, &window, &behind(0.0)));
             told.tell(events);
             let name = format!("{i} {roughly}");
             if roughly {
                 pool.follow_roughly(&told.scene, &told.changes, 0);
-                assert!(
-                    !is_hidden(&pool, &told.scene, &window, &behind(0.0)),
-                    "{name}: the old place, roughly"
-                );
+                assert!(!is_hidden(&pool, &told.scene, &window, &behind(0.0)), "{name}: roughly");
                 pool.catch_up(&told.scene, 100);
             } else {
                 pool.follow(&told.scene, &told.changes);
@@ -82,11 +77,9 @@ fn what_is_erased_is_no_candidate_whatever_is_told_of_it() {
     let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, -8.0), 0.2);
     for roughly in [false, true] {
-        let mut told = Told::default();
-        let mut pool = OccluderPool::new(PoolConfig::default());
-        told.tell(&wall(0, Vec3::new(-1.0, -0.5, -4.0), 2, 1.0));
+        let mut told = Told::of(&wall(0, Vec3::new(-1.0, -0.5, -4.0), 2, 1.0));
         let ids: Vec<_> = told.scene.visible_ids().collect();
-        pool.follow(&told.scene, &told.changes);
+        let mut pool = told.pool();
         told.tell(&[SOLE.erase(StrokeId(0))]);
         let follow = |pool: &mut OccluderPool, scene: &Scene, changes: &[Change]| {
             if roughly {
@@ -116,14 +109,9 @@ fn a_wall_that_loses_a_part_has_a_hole() {
     let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");
     for hole in 0..3u32 {
         for roughly in [false, true] {
-            let mut told = Told::default();
-            let mut pool = OccluderPool::new(PoolConfig::default());
-            let mut events = Vec::new();
-            for k in 0..3u32 {
-                events.extend(wall(k, Vec3::new(k as f32 - 1.5, -0.5, -4.0), 1, 1.0));
-            }
-            told.tell(&events);
-            pool.follow(&told.scene, &told.changes);
+            let part = |k| wall(k, Vec3::new(k as f32 - 1.5, -0.5, -4.0), 1, 1.0);
+            let mut told = Told::of(&(0..3).flat_map(part).collect::<Vec<_>>());
+            let mut pool = told.pool();
             assert_eq!(pool.len(), 1, "one patch of three strokes");
             told.tell(&[SOLE.erase(StrokeId(hole))]);
             if roughly {
@@ -202,8 +190,7 @@ fn random_edits_leave_no_shadow_behind() {
             for id in pool.candidates().flatten() {
                 assert!(told.scene.is_visible(*id), "{n}: {id:?} has gone");
             }
-            let present: Vec<Polygon> =
-                told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
+            let present = told.polygons();
             let eye = random.direction().as_vec3() * 5.0;
             let window = view(eye, random.in_cube().as_vec3() * 0.5).window().expect("a window");
             let mut culler = Occlusion::Msvbsp.create(64);

@@ -8,9 +8,9 @@ use super::{
 };
 use glam::{DVec3, Vec3};
 use osp::{
-    math::{Aabb, Sphere},
+    math::Aabb,
     occlusion::{
-        CoverageBuffer, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool, OcclusionCuller, PoolConfig,
+        CoverageBuffer, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool, OcclusionCuller,
         PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
@@ -18,10 +18,8 @@ use osp::{
     view::ViewWindow,
 };
 use osp_rivals::RivalOcclusion;
-use osp_session::{
-    recording::{Author, Event},
-    scene::Scene,
-};
+use osp_session::{recording::Event, scene::Scene};
+use osp_testkit::events::SOLE;
 
 fn at(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3::new(x, y, z)
@@ -41,12 +39,6 @@ fn chosen(pool: &OccluderPool, scene: &Scene, window: &ViewWindow) -> Vec<Shadow
     let mut selector = Selector::new(SelectConfig { least_share: 1.0e-6, ..SelectConfig::default() });
     selector.select(pool, scene, window);
     selector.chosen().to_vec()
-}
-
-fn pool_of(told: &Told) -> OccluderPool {
-    let mut pool = OccluderPool::new(PoolConfig::default());
-    pool.follow(&told.scene, &told.changes);
-    pool
 }
 
 /// A quad bent away from the eye: the cap lies behind its farthest corner.
@@ -78,12 +70,11 @@ fn the_cap_lies_behind_the_farthest_corner_of_a_bent_quad() {
 #[test]
 fn the_cap_of_a_patch_lies_behind_the_corners_inside_its_border() {
     for depth in [0.05f32, 0.2, 0.4] {
-        let mut told = Told::default();
         let tip = at(0.0, 0.0, -4.0 - depth);
         let rim = [at(-1.0, -1.0, -4.0), at(1.0, -1.0, -4.0), at(1.0, 1.0, -4.0), at(-1.0, 1.0, -4.0)];
         let events: Vec<Event> = (0..4).map(|i| polygon(&[rim[i], rim[(i + 1) % 4], tip], 1.0)).collect();
-        told.tell(&events);
-        let pool = pool_of(&told);
+        let told = Told::of(&events);
+        let pool = told.pool();
         assert_eq!(pool.len(), 1, "one patch");
         let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");
         let shadows = chosen(&pool, &told.scene, &window);
@@ -104,12 +95,11 @@ fn the_cap_of_a_patch_lies_behind_the_corners_inside_its_border() {
 #[test]
 fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
     let window = straight(1.0, 1.0);
-    let mut told = Told::default();
     // A plane that rises to the right: x = 2 z - 2.2, from z = 0.7 to z = 1.5.
     let rungs = [0.7f32, 1.1, 1.5].map(|z| [at(2.0 * z - 2.2, -0.6, z), at(2.0 * z - 2.2, 0.6, z)]);
     let quads: Vec<[Vec3; 4]> = rungs.windows(2).map(|w| [w[0][0], w[1][0], w[1][1], w[0][1]]).collect();
-    told.tell(&quads.iter().map(|quad| polygon(quad, 1.0)).collect::<Vec<_>>());
-    let pool = pool_of(&told);
+    let told = Told::of(&quads.iter().map(|quad| polygon(quad, 1.0)).collect::<Vec<_>>());
+    let pool = told.pool();
     assert_eq!(pool.len(), 1, "one patch");
     let polygons: Vec<Polygon> = quads.iter().map(|quad| quad.to_vec()).collect();
     let shadows = chosen(&pool, &told.scene, &window);
@@ -158,9 +148,8 @@ fn what_can_be_seen_through_hides_nothing_in_the_next_frame() {
     let window = straight(1.0, 0.01);
     for opacity in [0.0, 0.5, 0.999_999, f32::NAN, 1.0] {
         for glass in [[true, false], [false, true], [true, true]] {
-            let mut told = Told::default();
             let of = |is_glass: bool| if is_glass { opacity } else { 1.0 };
-            told.tell(&[
+            let told = Told::of(&[
                 polygon(&rectangle(2.0, [-1.0, 0.0], [-1.0, 1.0]), of(glass[0])),
                 polygon(&rectangle(2.0, [0.0, 1.0], [-1.0, 1.0]), of(glass[1])),
                 polygon(&rectangle(4.0, [-1.2, -0.8], [-0.2, 0.2]), 1.0),
@@ -181,8 +170,7 @@ fn what_can_be_seen_through_hides_nothing_in_the_next_frame() {
 #[test]
 fn only_what_was_drawn_last_hides() {
     let window = straight(1.0, 0.01);
-    let mut told = Told::default();
-    told.tell(&[
+    let told = Told::of(&[
         polygon(&rectangle(2.0, [-1.0, -0.1], [-1.0, 1.0]), 1.0),
         polygon(&rectangle(2.0, [0.1, 1.0], [-1.0, 1.0]), 1.0),
         polygon(&rectangle(4.0, [-0.05, 0.05], [-0.2, 0.2]), 1.0),
@@ -208,13 +196,10 @@ fn what_touches_a_shadow_from_outside_or_inside_is_not_hidden() {
     for n in 0..400 {
         let mut random = Random::new(0x70C4 + n);
         let mut digits = |low: f64, high: f64| (random.range(low, high) * 64.0).round() as f32 / 64.0;
-        let triangle: Vec<Vec3> = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)]
-            .iter()
-            .map(|(x, y)| {
-                let z = digits(1.0, 4.0);
-                at(x * z * 0.5 + digits(-0.25, 0.25), y * z * 0.5 + digits(-0.25, 0.25), z)
-            })
-            .collect();
+        let triangle = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)].map(|(x, y)| {
+            let z = digits(1.0, 4.0);
+            at(x * z * 0.5 + digits(-0.25, 0.25), y * z * 0.5 + digits(-0.25, 0.25), z)
+        });
         let Ok(shadow) = ShadowVolume::of_polygon(&triangle, &window) else { continue };
         for culler in sound_cullers(&window, &[shadow]) {
             for i in 0..3 {
@@ -222,10 +207,7 @@ fn what_touches_a_shadow_from_outside_or_inside_is_not_hidden() {
                 // On the side plane, on an edge of the shadow, and on the polygon itself.
                 for x in [a + b, (a + b) * 2.0, a * 2.0, a * 4.0, a, (a + b) * 0.5] {
                     touching += 1;
-                    let tested = culler.test_box(&point(x)).verdict;
-                    assert_ne!(tested, Verdict::Hidden, "{} {n}: {x} of {triangle:?}", culler.name());
-                    let ball = Sphere { center: x, radius_m: 0.0 };
-                    assert_ne!(culler.test_sphere(&ball).verdict, Verdict::Hidden, "{}", culler.name());
+                    assert!(!hides(&*culler, &point(x)), "{} {n}: {x} of {triangle:?}", culler.name());
                 }
             }
         }
@@ -325,8 +307,10 @@ fn the_buffer_is_strict_about_borders_of_pixels_and_about_depth() {
         depth.clone()
     };
     // Pixels are 1/32 wide; the middle ones begin at 0. At twice the distance, everything is twice as large.
-    let pixel =
-        |x: f32, y: f32| Aabb::new(at(x + 0.01, y + 0.01, 1.0) * 2.0, at(x + 0.02, y + 0.02, 1.0) * 2.0);
+    let within = |low: [f32; 2], high: [f32; 2]| {
+        Aabb::new(at(low[0], low[1], 1.0) * 2.0, at(high[0], high[1], 1.0) * 2.0)
+    };
+    let pixel = |x: f32, y: f32| within([x + 0.01, y + 0.01], [x + 0.02, y + 0.02]);
     let is_hidden = |depth: &CoverageBuffer, bounds: &Aabb| depth.test_box(bounds).verdict == Verdict::Hidden;
     let (step, more) = (1.0 / 32.0, 2.0e-3);
     let wide = build([-more, step + more], [-more, step + more], 1.0);
@@ -341,9 +325,6 @@ fn the_buffer_is_strict_about_borders_of_pixels_and_about_depth() {
         assert!(!is_hidden(&exact, &pixel(0.0, 0.0)), "{side}");
     }
     // A box that ends exactly where the covered pixel does touches its neighbour.
-    let within = |low: [f32; 2], high: [f32; 2]| {
-        Aabb::new(at(low[0], low[1], 1.0) * 2.0, at(high[0], high[1], 1.0) * 2.0)
-    };
     assert!(is_hidden(&wide, &within([more, more], [step - more, step - more])));
     for bounds in [
         within([0.0, more], [step - more, step - more]),
@@ -419,12 +400,10 @@ impl Tally {
         mut any: impl FnMut() -> Vec3,
     ) {
         let quad = |w: &[[Vec3; 2]]| polygon(&[w[0][0], w[1][0], w[1][1], w[0][1]], 1.0);
-        let mut told = Told::default();
-        told.tell(&rungs.windows(2).map(quad).collect::<Vec<_>>());
-        let shadows = chosen(&pool_of(&told), &told.scene, window);
+        let told = Told::of(&rungs.windows(2).map(quad).collect::<Vec<_>>());
+        let shadows = chosen(&told.pool(), &told.scene, window);
         // As the scene draws them: bent quads are halved along a diagonal of its choice.
-        let drawn: Vec<Polygon> =
-            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
+        let drawn = told.polygons();
         let mut culler = RivalOcclusion::Frusta.culler()(64);
         culler.build(window, &shadows);
         self.outlines += shadows.len();
@@ -520,15 +499,13 @@ fn orphans_that_the_scene_has_forgotten_are_let_go() {
         let x = n as f32;
         polygon(&rectangle(-4.0, [x, x + 1.0], [-0.5, 0.5]), 1.0)
     };
-    let mut told = Told::default();
-    told.tell(&(0..6).map(wall).collect::<Vec<_>>());
-    let mut pool = pool_of(&told);
+    let told = Told::of(&(0..6).map(wall).collect::<Vec<_>>());
+    let mut pool = told.pool();
     assert_eq!(pool.len(), 1);
     // Another, shorter scene: all that is told of it is that one polygon has gone.
-    let mut shorter = Told::default();
-    shorter.tell(&[wall(0)]);
+    let mut shorter = Told::of(&[wall(0)]);
     let first = shorter.scene.visible_ids().next().expect("a polygon");
-    shorter.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    shorter.tell(&[SOLE.undo()]);
     pool.follow(&shorter.scene, &[Change::Remove(first)]);
     assert!(pool.is_empty());
 }

@@ -101,14 +101,8 @@ fn a_group_hides_what_lies_behind_all_its_walls() {
 /// Equation (1) takes the whole area of a wall of which the window shows a corner.
 #[test]
 fn the_scores_choose_different_occluders() {
-    let wall = |x: [f32; 2], y: [f32; 2], z: f32| {
-        [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])].map(|(x, y)| Vec3::new(x, y, z))
-    };
-    let mut told = Told::default();
-    told.tell(&[
-        polygon(&wall([2.2, 30.0], [-1.0, 1.0], -5.0), 1.0),
-        polygon(&wall([-1.0, 1.0], [-1.0, 1.0], -5.0), 1.0),
-    ]);
+    let walls = [[2.2, 30.0], [-1.0, 1.0]].map(|x| polygon(&rectangle(-5.0, x, [-1.0, 1.0]), 1.0));
+    let told = Told::of(&walls);
     let mut pool = OccluderPool::new(PoolConfig { grouping: Grouping::Single, ..PoolConfig::default() });
     pool.follow(&told.scene, &told.changes);
     let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");

@@ -124,8 +124,7 @@ fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
         // The border of a row of pixels, and an occluder that reaches just far enough beyond it to cover the row.
         let border = -f64::from(row) / 288.0;
         let lower = (border - 2.7e-8) as f32;
-        let at = |x: f32, y: f32| Vec3::new(x, y, 1.0);
-        let occluder = [at(-2.0, lower), at(2.0, lower), at(2.0, 2.0), at(-2.0, 2.0)];
+        let occluder = rectangle(1.0, [-2.0, 2.0], [lower, 2.0]);
         let shadow = ShadowVolume::of_polygon(&occluder, &window).expect("an occluder");
         depth.build(&window, &[shadow]);
         for step in 0..600 {
@@ -165,24 +164,16 @@ fn an_occluder_that_the_near_plane_cuts_hides_in_pixels_too() {
 #[test]
 fn what_crosses_the_eyes_plane_is_drawn() {
     let window = straight(1.0, 0.01);
-    let mut told = Told::default();
     let at = Vec3::new;
-    let wall = [at(-1.5, -1.5, 1.0), at(0.1, -1.5, 1.0), at(0.1, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
+    let wall = rectangle(1.0, [-1.5, 0.1], [-1.5, 1.5]);
     let across = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(1.0, 0.0, -1.2)];
     let hidden = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(-0.9, 0.0, 2.0)];
-    told.tell(&[polygon(&wall, 1.0), polygon(&across, 1.0), polygon(&hidden, 1.0)]);
+    let told = Told::of(&[polygon(&wall, 1.0), polygon(&across, 1.0), polygon(&hidden, 1.0)]);
     let drawn = drawn_last(&told.scene, &window);
     assert!(drawn.contains(&1), "what passes the eye was culled");
     assert!(!drawn.contains(&2), "and the wall hides");
     for culler in sound_cullers(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]) {
-        let bounds = Aabb::from_points(&across);
-        assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", culler.name());
-        assert_ne!(
-            culler.test_sphere(&Sphere::around(&bounds)).verdict,
-            Verdict::Hidden,
-            "{}",
-            culler.name()
-        );
+        assert!(!hides(&*culler, &Aabb::from_points(&across)), "{}", culler.name());
     }
 }
 
@@ -191,11 +182,10 @@ fn what_crosses_the_eyes_plane_is_drawn() {
 fn what_all_but_touches_the_eyes_plane_is_drawn() {
     // A narrow window: many pixels to a unit.
     let window = straight(0.01, 0.01);
-    let mut told = Told::default();
     let at = Vec3::new;
-    let wall = [at(-1.5, -1.5, 1.0), at(1.5, -1.5, 1.0), at(1.5, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
+    let wall = rectangle(1.0, [-1.5, 1.5], [-1.5, 1.5]);
     let far = |x: f32| [at(0.0, -0.9, 2.0), at(0.0, 0.9, 2.0), at(-x, 0.0, 2.0)];
-    told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e3), 1.0), polygon(&far(3.0e4), 1.0)]);
+    let told = Told::of(&[polygon(&wall, 1.0), polygon(&far(1.0e3), 1.0), polygon(&far(3.0e4), 1.0)]);
     assert_eq!(drawn_last(&told.scene, &window), [0, 2]);
 }
 

@@ -1,18 +1,16 @@
 //! Culling by occlusion inside the pipeline: whatever `auto` decides, what can be seen is drawn.
 
-use super::session::{polygon, polygon_of, view};
+use super::session::{Told, polygon, polygon_of, view};
 use glam::{Quat, Vec3};
 use osp::{
     frame::{AutoBasis, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::{Occlusion, Soundness},
+    occlusion::{Occlusion, PreviousFrameOccluders, Soundness},
     polygon::{Change, Geometry, PolygonId},
 };
-use osp_lab::Method;
-use osp_lab::{oracle::OracleConfig, scenes::TestScene, verify};
-use osp_rivals::IndexKind;
-use osp_rivals::RivalOcclusion;
+use osp_lab::{Method, oracle::OracleConfig, scenes::TestScene, verify};
+use osp_rivals::{IndexKind, RivalOcclusion};
 use osp_session::{
     recording::{Event, GroupId, StrokeId, SynthKind, Transform, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
@@ -33,11 +31,13 @@ fn auto(polygon_ns: f64, basis: AutoBasis) -> PassConfig {
     PassConfig { polygon_ns, basis, ..PassConfig::new(Occlusion::Auto) }
 }
 
+fn events_and_heads(scene: TestScene) -> (Vec<Event>, Vec<Event>) {
+    scene.events().into_iter().partition(|event| !matches!(event, Event::Head { .. }))
+}
+
 /// The rooms as they are in the end, what made them, and the views of them.
 fn finished_rooms() -> (Scene, Vec<Change>, Vec<Event>) {
-    let mut events = TestScene::Rooms.events();
-    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).expect("views");
-    let heads = events.split_off(first_view);
+    let (events, heads) = events_and_heads(TestScene::Rooms);
     let (mut model, mut changes) = (Scene::new(), Vec::new());
     events.iter().for_each(|event| model.apply(event, &mut changes));
     (model, changes, heads)
@@ -45,9 +45,7 @@ fn finished_rooms() -> (Scene, Vec<Change>, Vec<Event>) {
 
 /// A built-in scene that grows over 60 frames, seen from inside, and then looked at from everywhere.
 fn play(scene: TestScene, pipelines: &mut [Pipeline], mut frame: impl FnMut(usize, &Scene, &[Pipeline])) {
-    let mut events = scene.events();
-    let first_view = events.iter().position(|e| matches!(e, Event::Head { .. })).unwrap_or(events.len());
-    let views = events.split_off(first_view);
+    let (events, views) = events_and_heads(scene);
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     let mut looks = views.iter().map(|event| {
         let mut moment = Moment::default();
@@ -73,11 +71,8 @@ fn play(scene: TestScene, pipelines: &mut [Pipeline], mut frame: impl FnMut(usiz
             let visible = verify::visible_polygons(&model, &window, &pipelines[0].in_view().to_vec(), config);
             for pipeline in &*pipelines {
                 let name = pipeline.occlusion().map(|pass| *pass.config());
-                assert_eq!(
-                    verify::missing(&visible, &pipeline.draw_list().to_vec()),
-                    0,
-                    "{number}: {name:?}"
-                );
+                let missing = verify::missing(&visible, &pipeline.draw_list().to_vec());
+                assert_eq!(missing, 0, "{number}: {name:?}");
             }
         }
     }
@@ -120,19 +115,12 @@ fn what_was_visible_last_never_hides_what_can_be_seen_now() {
 /// More specks than there is room for outlines, a wall that came after them, and what it hides.
 #[test]
 fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
-    use super::session::Told;
-    use osp::{occlusion::PreviousFrameOccluders, polygon::ConvexPolygon};
-    let square = |x: f32, y: f32, z: f32, size: f32| {
-        let at = |i: f32, k: f32| Vec3::new(x + i * size, y + k * size, z);
-        ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])
-    };
     let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 * 2.0 - 1.0;
     let specks = (0..2 * PreviousFrameOccluders::MOST_OCCLUDERS)
         .map(|i| square(2.0 * spread(i, 271), 2.0 * spread(i / 271, 271), -4.0, 1.0e-4));
     let behind = (0..500).map(|i| square(spread(i, 25), spread(i / 25, 25), -8.0, 0.02));
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
-    let mut told = Told::default();
-    told.tell(&all.map(|p| polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
+    let told = Told::of(&all.map(|p| polygon(&p, 1.0)).collect::<Vec<_>>());
     let mut lane = pipeline(Some(PassConfig::new(Occlusion::PreviousFrame)));
     let (changes, view) = (told.changes.clone(), view(Vec3::ZERO, Vec3::NEG_Z));
     assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "not read yet");
@@ -146,15 +134,11 @@ fn every_view_of_a_frame_is_culled_as_if_it_were_alone() {
     let (model, changes, heads) = finished_rooms();
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     let mut moment = Moment::default();
-    let views: Vec<_> = heads
-        .iter()
-        .step_by(5)
-        .take(4)
-        .map(|head| {
-            moment.note(head);
-            camera.view(&moment)
-        })
-        .collect();
+    let views = heads.iter().step_by(5).take(4).map(|head| {
+        moment.note(head);
+        camera.view(&moment)
+    });
+    let views: Vec<_> = views.collect();
     let always = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
     let mut together = pipeline(Some(always));
     let record = together.frame_of_views(&model, &changes, &views);
@@ -192,16 +176,11 @@ fn auto_by_work_decides_the_same_each_time() {
 /// A pool that has followed changes only roughly still drops erased occluders.
 #[test]
 fn what_went_while_nobody_asked_hides_nothing() {
-    use super::session::{Told, polygon_of};
-    use osp_session::recording::StrokeId;
-    let wall = |z: f32| [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z));
-    let mut told = Told::default();
     // A wall in front of a sheet. The pass is used only in views with polygons.
     let mut lane = pipeline(Some(auto(1.0e6, AutoBasis::Work)));
-    told.tell(&[
-        polygon_of(0, &wall(-2.0)),
-        polygon_of(1, &wall(-4.0).map(|p| p * Vec3::new(0.5, 0.5, 1.0))),
-    ]);
+    let mut told = Told::of(
+        &[(0, -2.0, 3.0), (1, -4.0, 1.5)].map(|(i, z, half)| polygon_of(i, &square(0.0, 0.0, z, half))),
+    );
     let before = view(Vec3::ZERO, Vec3::NEG_Z);
     let away = view(Vec3::ZERO, Vec3::Z);
     let changes = told.changes.clone();
@@ -344,14 +323,12 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
         let mut scene = Scene::keeping_groups_whole();
         let config = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
         let index = kind.create(&IndexConfig::default());
-        let lane = Pipeline::new(index, 1000);
-        let mut lane = lane.with_occlusion(config);
+        let mut lane = Pipeline::new(index, 1000).with_occlusion(config);
         let mut changes = Vec::new();
         scene.apply_all(&events, &mut changes);
         for frame in 0..6 {
             let to = Transform { p: Vec3::X * (0.01 * frame as f32), q: Quat::IDENTITY, s: 1.0 };
-            let place = SOLE.placed(GroupId(0), to);
-            scene.apply(&place, &mut changes);
+            scene.apply(&SOLE.placed(GroupId(0), to), &mut changes);
             let record = lane.frame(&scene, &changes, &view(Vec3::ZERO, Vec3::NEG_Z));
             changes.clear();
             let name = kind.name();
@@ -379,15 +356,14 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
             let name = format!("{}, {}", kind.name(), method.name());
             let mut scene = Scene::keeping_groups_whole();
             let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::default() };
-            let lane = Pipeline::new(kind.create(&IndexConfig::default()), 1000);
-            let mut lane = method.add_to(lane, config);
+            let index = kind.create(&IndexConfig::default());
+            let mut lane = method.add_to(Pipeline::new(index, 1000), config);
             let mut changes = Vec::new();
             scene.apply_all(&events, &mut changes);
             let drawn = [(0.0, -3.0), (0.0, -7.0), (1.4, -7.0), (0.0, -7.5), (0.4, -4.0), (3.0, -7.0)].map(
                 |(x, z)| {
                     let to = Transform { p: Vec3::new(x, 0.0, z), q: Quat::from_rotation_y(0.1 * x), s: 1.0 };
-                    let place = SOLE.placed(GroupId(0), to);
-                    scene.apply(&place, &mut changes);
+                    scene.apply(&SOLE.placed(GroupId(0), to), &mut changes);
                     // If nothing was hidden before, occlusion culling runs in only some of the frames.
                     let mut is_culled = lane.frame_of_views(&scene, &changes, &views).occlusion.used;
                     changes.clear();
@@ -399,22 +375,16 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
                         views.iter().zip(lane.draw_lists().iter().zip(lane.in_view_lists()))
                     {
                         let window = view.window().expect("a window");
-                        let seen = verify::visible_polygons(
-                            &scene,
-                            &window,
-                            &in_view.to_vec(),
-                            OracleConfig::default(),
-                        );
+                        let (in_view_ids, config) = (in_view.to_vec(), OracleConfig::default());
+                        let seen = verify::visible_polygons(&scene, &window, &in_view_ids, config);
                         assert_eq!(verify::missing(&seen, &drawn.to_vec()), 0, "{name} at {x}, {z}");
                         assert!(drawn.ids().all(|id| in_view.contains(id)), "{name} at {x}, {z}");
                     }
                     lane.draw_list().ids().filter(|id| id.0 > 0).count()
                 },
             );
-            assert!(
-                (1..=64).all(|id| Geometry::space(&scene, PolygonId(id)).is_some()),
-                "it moves as a whole"
-            );
+            let mut group = (1..=64).map(PolygonId);
+            assert!(group.all(|id| Geometry::space(&scene, id).is_some()), "it moves as a whole");
             assert_eq!((drawn[0], drawn[4]), (64, 64), "{name}: before the wall");
             // Single shadows and depth buffers, too, hide what is well behind the wall.
             assert_eq!((drawn[1], drawn[3]), (0, 0), "{name}: behind the wall");

@@ -68,14 +68,9 @@ fn the_pool_keeps_the_largest_and_stays_bounded() {
 
 #[test]
 fn what_can_be_seen_through_is_no_candidate() {
-    let mut pool = OccluderPool::new(PoolConfig::default());
-    let mut told = Told::default();
-    told.tell(&[
-        polygon(&quad(Vec3::ZERO, 1.0), 0.99),
-        polygon(&quad(Vec3::ONE, 1.0), f32::NAN),
-        polygon(&quad(Vec3::X, 1.0), 1.0),
-    ]);
-    pool.follow(&told.scene, &told.changes);
+    let places = [(Vec3::ZERO, 0.99), (Vec3::ONE, f32::NAN), (Vec3::X, 1.0)];
+    let told = Told::of(&places.map(|(place, opacity)| polygon(&quad(place, 1.0), opacity)));
+    let pool = told.pool();
     assert_eq!(pool.len(), 1);
     assert_consistent(&pool, &told.scene);
 }
@@ -137,9 +132,8 @@ fn others_take_the_places_of_candidates_that_died() {
 
 #[test]
 fn a_ribbon_becomes_few_candidates_that_hide_more() {
-    let mut told = Told::default();
     let mut random = Random::new(5);
-    told.tell(&ribbon(0, 200, 0.3, &mut random));
+    let told = Told::of(&ribbon(0, 200, 0.3, &mut random));
     let pools = [Grouping::Single, Grouping::Patches].map(|grouping| {
         let mut pool = OccluderPool::new(PoolConfig { capacity: 1000, grouping });
         pool.follow(&told.scene, &told.changes);
@@ -152,7 +146,6 @@ fn a_ribbon_becomes_few_candidates_that_hide_more() {
 
 #[test]
 fn coplanar_neighbours_become_one_occluder() {
-    let mut told = Told::default();
     // A wall of triangles, as importers bring it, and its mirror image, wound the other way.
     let at = |x: usize, y: usize| Vec3::new(x as f32 * 0.5 - 2.0, y as f32 - 0.5, -3.0);
     let mut events = Vec::new();
@@ -161,9 +154,8 @@ fn coplanar_neighbours_become_one_occluder() {
         events.push(polygon(&[a, b, c], 1.0));
         events.push(if x % 2 == 0 { polygon(&[a, c, d], 1.0) } else { polygon(&[c, a, d], 1.0) });
     }
-    told.tell(&events);
-    let mut pool = OccluderPool::new(PoolConfig::default());
-    pool.follow(&told.scene, &told.changes);
+    let told = Told::of(&events);
+    let pool = told.pool();
     assert_eq!(pool.len(), 1);
     let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");
     let mut selector = Selector::new(SelectConfig::default());
@@ -183,7 +175,6 @@ fn random_stress_of_patches_exposes_nothing() {
     let (mut runs, mut asked, mut hidden) = (0, 0, 0);
     for n in 0..scenes {
         let mut random = Random::new(0x5717 + n);
-        let mut told = Told::default();
         let mut events = Vec::new();
         for stroke in 0..1 + random.below(6) as u32 {
             let points = 3 + random.below(40);
@@ -196,17 +187,15 @@ fn random_stress_of_patches_exposes_nothing() {
         if random.chance(0.5) {
             events.extend(crumpled_mesh(&mut random));
         }
-        told.tell(&events);
-        let mut pool = OccluderPool::new(PoolConfig::default());
-        pool.follow(&told.scene, &told.changes);
+        let told = Told::of(&events);
+        let pool = told.pool();
         let eye = random.direction().as_vec3() * random.log_range(0.1, 6.0) as f32;
         let window = view(eye, random.in_cube().as_vec3() * 0.5).window().expect("a window");
         let mut selector =
             Selector::new(SelectConfig { occluders: 24, least_share: 1.0e-5, ..SelectConfig::default() });
         selector.select(&pool, &told.scene, &window);
         runs += selector.chosen().len();
-        let polygons: Vec<Polygon> =
-            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
+        let polygons = told.polygons();
         // Around the virtual outlines, not only the polygons' own edges.
         let outlines: Vec<Polygon> = selector
             .chosen()
@@ -236,13 +225,12 @@ fn random_stress_of_patches_exposes_nothing() {
 fn fan(random: &mut Random) -> Vec<Event> {
     let center = random.in_cube() * 2.0;
     let (u, v) = (random.direction(), random.direction());
-    let mut corners: Vec<Vec3> = Vec::new();
-    for i in 0..12 {
+    let corners = (0..12).map(|i| {
         let angle = f64::from(i) / 12.0 * std::f64::consts::TAU;
         let wobble = random.range(-0.05, 0.05);
-        corners.push((center + (u * angle.cos() + v * angle.sin()) * (0.8 + wobble)).as_vec3());
-    }
-    vec![polygon(&corners, 1.0)]
+        (center + (u * angle.cos() + v * angle.sin()) * (0.8 + wobble)).as_vec3()
+    });
+    vec![polygon(&corners.collect::<Vec<_>>(), 1.0)]
 }
 
 /// A grid of triangles, row by row, out of flatness to any degree.
@@ -250,25 +238,15 @@ fn crumpled_mesh(random: &mut Random) -> Vec<Event> {
     let corner = random.in_cube() * 2.0;
     let (u, v) = (random.direction() * 0.3, random.direction() * 0.3);
     let crumple = random.log_range(1.0e-4, 0.5);
-    let points: Vec<Vec<Vec3>> = (0..6)
-        .map(|y| {
-            let mut row = Vec::new();
-            for x in 0..8 {
-                let p: DVec3 = corner + u * f64::from(x) + v * f64::from(y) + random.in_cube() * crumple;
-                row.push(p.as_vec3());
-            }
-            row
-        })
+    let points: Vec<Vec3> = (0..48)
+        .map(|i| corner + u * f64::from(i % 8) + v * f64::from(i / 8) + random.in_cube() * crumple)
+        .map(|p: DVec3| p.as_vec3())
         .collect();
-    let mut events = Vec::new();
-    for y in 0..5 {
-        for x in 0..7 {
-            let [a, b, c, d] = [points[y][x], points[y][x + 1], points[y + 1][x + 1], points[y + 1][x]];
-            events.push(polygon(&[a, b, c], 1.0));
-            events.push(polygon(&[a, c, d], 1.0));
-        }
-    }
-    events
+    let of_quad = |i: usize| {
+        let [a, b, c, d] = [points[i], points[i + 1], points[i + 9], points[i + 8]];
+        [polygon(&[a, b, c], 1.0), polygon(&[a, c, d], 1.0)]
+    };
+    (0..40).filter(|i| i % 8 < 7).flat_map(of_quad).collect()
 }
 
 #[test]

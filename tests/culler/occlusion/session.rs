@@ -1,8 +1,9 @@
 //! Scenes made by events, and what follows them.
 
-use super::random::Random;
-use glam::{Quat, Vec3};
+use super::random::{Polygon, Random};
+use glam::Vec3;
 use osp::{
+    occlusion::{OccluderPool, PoolConfig},
     polygon::Change,
     view::{Projection, View},
 };
@@ -10,7 +11,7 @@ use osp_session::{
     recording::{Event, StrokeId},
     scene::Scene,
 };
-use osp_testkit::events::{self, Begin};
+use osp_testkit::events::{self, Begin, point};
 
 /// A scene that is told events, and the changes of the last ones.
 #[derive(Default)]
@@ -20,6 +21,24 @@ pub(crate) struct Told {
 }
 
 impl Told {
+    pub(crate) fn of(events: &[Event]) -> Self {
+        let mut told = Self::default();
+        told.tell(events);
+        told
+    }
+
+    /// A pool that has followed the last changes only.
+    pub(crate) fn pool(&self) -> OccluderPool {
+        let mut pool = OccluderPool::new(PoolConfig::default());
+        pool.follow(&self.scene, &self.changes);
+        pool
+    }
+
+    pub(crate) fn polygons(&self) -> Vec<Polygon> {
+        let ids = self.scene.visible_ids();
+        ids.map(|id| self.scene.polygon(id).vertices().to_vec()).collect()
+    }
+
     pub(crate) fn tell(&mut self, events: &[Event]) -> &[Change] {
         self.changes.clear();
         for event in events {
@@ -34,8 +53,7 @@ pub(crate) fn polygon(vertices: &[Vec3], opacity: f32) -> Event {
 }
 
 pub(crate) fn polygon_of(stroke: u32, vertices: &[Vec3]) -> Event {
-    let color = (0.5, 0.5, 0.5, 1.0);
-    events::polygon(Some(StrokeId(stroke)), vertices, color)
+    events::polygon(Some(StrokeId(stroke)), vertices, (0.5, 0.5, 0.5, 1.0))
 }
 
 /// A wandering ribbon in the cube from -2 to 2.
@@ -45,7 +63,7 @@ pub(crate) fn ribbon(stroke: u32, points: usize, width: f32, random: &mut Random
     let mut at = random.in_cube() * 2.0;
     let mut travel = random.direction();
     for _ in 0..points {
-        events.push(Event::Point { t: 0.0, stroke, p: at.as_vec3(), q: Quat::IDENTITY, pressure: 1.0 });
+        events.push(point(stroke, at.as_vec3()));
         travel = (travel + random.direction() * 0.25).normalize_or(travel);
         at += travel * 0.04;
     }

@@ -76,6 +76,13 @@ impl Eye {
     }
 }
 
+/// The corners of so many cells: by their places from -1 to 1, row by row.
+fn lattice([columns, rows]: [usize; 2], mut at: impl FnMut(f64, f64) -> Vec3) -> Vec<Vec3> {
+    let place = |i: usize, of: usize| 2.0 * i as f64 / of as f64 - 1.0;
+    let places = (0..=rows).flat_map(|row| (0..=columns).map(move |column| (column, row)));
+    places.map(|(column, row)| at(place(column, columns), place(row, rows))).collect()
+}
+
 /// A mesh of quads and triangles over a grid of corners; the last column is the first again if it is closed.
 fn push_grid(corners: &[Vec3], columns: usize, random: &mut Random, holes: f64, out: &mut Vec<Polygon>) {
     let (rows, is_split) = (corners.len() / columns, random.below(3));
@@ -108,17 +115,12 @@ fn grid(eye: &Eye, random: &mut Random, [columns, rows]: [usize; 2], noise: f64)
     let depth = near * random.log_range(1.0, 1.0e3);
     let slant = [(); 2].map(|()| random.range(-0.9, 0.9));
     let size = random.range(0.3, 1.6);
-    let mut corners = Vec::new();
-    for row in 0..=rows {
-        for column in 0..=columns {
-            let [x, y] = [(column, columns), (row, rows)].map(|(at, of)| {
-                size * (2.0 * at as f64 / of as f64 - 1.0) + random.range(-noise, noise) / of as f64
-            });
-            let away = 1.0 / (1.0 + slant[0] * 0.5 * x + slant[1] * 0.5 * y).max(0.05);
-            corners.push(eye.world(eye.at(x, y, depth * away * (1.0 + random.range(-noise, noise) * 0.02))));
-        }
-    }
-    corners
+    lattice([columns, rows], |x, y| {
+        let mut off = |place: f64, of: usize| size * place + random.range(-noise, noise) / of as f64;
+        let (x, y) = (off(x, columns), off(y, rows));
+        let away = 1.0 / (1.0 + slant[0] * 0.5 * x + slant[1] * 0.5 * y).max(0.05);
+        eye.world(eye.at(x, y, depth * away * (1.0 + random.range(-noise, noise) * 0.02)))
+    })
 }
 
 /// A room around the eye, or a box before it, each wall cut into a grid; corners are the same bit for bit.
@@ -134,17 +136,11 @@ fn push_box(eye: &Eye, random: &mut Random, is_room: bool, out: &mut Vec<Polygon
     let (right, up) = (turned.any_orthonormal_pair(), turned);
     let axes = if is_room && random.chance(0.7) { eye.axes() } else { [right.0, right.1, up] };
     for wall in 0..6 {
-        let mut corners = Vec::new();
-        for row in 0..=cells {
-            for column in 0..=cells {
-                let mut at = [0.0; 3];
-                let [x, y] = [column, row].map(|at| 2.0 * at as f64 / cells as f64 - 1.0);
-                (at[wall / 2], at[(wall / 2 + 1) % 3], at[(wall / 2 + 2) % 3]) =
-                    (if wall % 2 == 0 { 1.0 } else { -1.0 }, x, y);
-                corners
-                    .push(eye.world(centre + (axes[0] * at[0] + axes[1] * at[1] + axes[2] * at[2]) * size));
-            }
-        }
+        let corners = lattice([cells; 2], |x, y| {
+            let mut at = [if wall % 2 == 0 { 1.0 } else { -1.0 }, x, y];
+            at.rotate_right(wall / 2);
+            eye.world(centre + (axes[0] * at[0] + axes[1] * at[1] + axes[2] * at[2]) * size)
+        });
         push_grid(&corners, cells + 1, random, holes, out);
     }
 }

@@ -1,26 +1,26 @@
 //! A change of the selection is one step for undo, is stored in the session's file, and loses nothing on the way.
 
-use osp_testkit::events::events_in;
+use osp_testkit::events::{SOLE, events_in, scene_of};
 use std::path::Path;
 
 use egui::{Event as UiEvent, Key, Modifiers};
-use osp::{glam::Vec3, math::Aabb, polygon::Change, view::View};
+use egui_kittest::Harness;
+use osp::{glam::Vec3, math::Aabb, view::View};
 use osp_app::{Altering, Button, Command, Held, Placing, ToolChoice};
 use osp_session::{
-    recording::{self, Author, Event, GroupId, StrokeId},
+    recording::{self, Event, GroupId, StrokeId},
     scene::Scene,
 };
 
 use crate::{
     drawing::{Table, across, ribbons},
-    panel::{Person, drag, sketch},
+    panel::{Person, Window, drag, sketch},
 };
 
 const RED: [f32; 4] = [1.0, 0.0, 0.0, 1.0];
 
 fn select(table: &mut Table, heights: &[f32]) {
-    table.studio.command(Command::Tool(ToolChoice::Select));
-    table.studio.command(Command::SelectNone);
+    table.act([Command::Tool(ToolChoice::Select), Command::SelectNone]);
     for (number, &y) in heights.iter().enumerate() {
         table.click((0.0, y), Held { shift: number > 0, ..Held::default() });
     }
@@ -41,13 +41,11 @@ fn close(a: &Aabb, b: &Aabb) {
 }
 
 fn path(table: &Table) -> &Path {
-    let document = table.studio.session();
-    document.path()
+    table.studio.session().path()
 }
 
 fn replayed(events: &[Event]) -> Scene {
-    let (mut scene, mut changes) = (Scene::new(), Vec::<Change>::new());
-    events.iter().for_each(|event| scene.apply(event, &mut changes));
+    let scene = scene_of(events);
     assert_eq!(scene.counts().ignored_events, 0);
     scene
 }
@@ -72,6 +70,12 @@ fn on_screen(view: &View, p: Vec3) -> (f32, f32) {
 
 fn steps_back(table: &mut Table) {
     table.act([Command::Undo]);
+}
+
+/// Alters the selection. Returns its bounds.
+fn altered(table: &mut Table, how: Altering) -> Aabb {
+    table.act([Command::Alter(how)]);
+    selected_bounds(table)
 }
 
 #[test]
@@ -104,8 +108,7 @@ fn a_replay_shows_the_same_and_a_crash_on_the_way_loses_nothing() {
     let (mut table, _) = ribbons(&[0.5, 0.0]);
     select(&mut table, &[0.5, 0.0]);
     let drawn = events_in(path(&table)).len();
-    table.studio.command(Command::Alter(Altering::Turn(30.0)));
-    table.studio.command(Command::Alter(Altering::Scale(1.5)));
+    table.act([Command::Alter(Altering::Turn(30.0)), Command::Alter(Altering::Scale(1.5))]);
     table.studio.command(Command::Duplicate);
     let all = events_in(path(&table));
     assert_eq!(looks(&replayed(&all)), looks(table.studio.scene()));
@@ -115,7 +118,7 @@ fn a_replay_shows_the_same_and_a_crash_on_the_way_loses_nothing() {
         assert!(visible >= 2, "after {end} events");
         // An unfinished step is undone at once.
         if scene.is_step_open() && !matches!(all[end - 1], Event::Step { .. }) {
-            scene.apply(&Event::Undo { author: Author::SOLE, t: 0.0 }, &mut Vec::new());
+            scene.apply(&SOLE.undo(), &mut Vec::new());
             let visible = scene.strokes().iter().filter(|stroke| stroke.is_visible()).count();
             assert_eq!(visible, 2, "after {end} events and an undo");
         }
@@ -149,20 +152,17 @@ fn the_selection_is_turned_scaled_widened_and_mirrored_about_its_middle() {
     select(&mut table, &[0.4, 0.1]);
     let first = selected_bounds(&table);
     let middle = first.center();
-    table.studio.command(Command::Alter(Altering::Turn(90.0)));
-    let turned = selected_bounds(&table);
+    let turned = altered(&mut table, Altering::Turn(90.0));
     assert!((turned.extent().z - first.extent().x).abs() < 1.0e-3, "{turned:?} {first:?}");
     assert!(turned.center().abs_diff_eq(middle, 1.0e-3));
     steps_back(&mut table);
     close(&selected_bounds(&table), &first);
-    table.studio.command(Command::Alter(Altering::Scale(2.0)));
-    let scaled = selected_bounds(&table);
+    let scaled = altered(&mut table, Altering::Scale(2.0));
     assert!(scaled.center().abs_diff_eq(middle, 1.0e-3));
     assert!(scaled.extent().abs_diff_eq(first.extent() * 2.0, 1.0e-3), "{scaled:?} {first:?}");
     steps_back(&mut table);
     table.studio.command(Command::Width(0.2));
-    table.studio.command(Command::Alter(Altering::Width));
-    let wide = selected_bounds(&table);
+    let wide = altered(&mut table, Altering::Width);
     assert!((wide.extent().y - first.extent().y - 0.16).abs() < 0.02, "{wide:?} {first:?}");
     steps_back(&mut table);
     // One stroke that rises to the right.
@@ -179,8 +179,7 @@ fn the_selection_is_turned_scaled_widened_and_mirrored_about_its_middle() {
         scene.bounds(left.expect("a polygon")).center().y
     };
     assert!(left_end(&table) < before.center().y);
-    table.studio.command(Command::Alter(Altering::Mirror));
-    close(&selected_bounds(&table), &before);
+    close(&altered(&mut table, Altering::Mirror), &before);
     assert!(left_end(&table) > before.center().y, "it falls to the right now");
 }
 
@@ -194,9 +193,7 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
     table.studio.command(Command::PlaceGroup(GroupId(0), placing));
     let before = bounds_of(table.studio.scene(), &ids[..1]);
     let other = bounds_of(table.studio.scene(), &ids[1..2]);
-    table.studio.command(Command::SelectNone);
-    table.studio.command(Command::SelectGroup(GroupId(0)));
-    table.studio.command(Command::Color(RED));
+    table.act([Command::SelectNone, Command::SelectGroup(GroupId(0)), Command::Color(RED)]);
     table.studio.command(Command::Alter(Altering::Color));
     let copies = table.studio.selection().strokes().to_vec();
     let scene = table.studio.scene();
@@ -206,21 +203,18 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
     // A whole group is scaled by placing it. It also scales about its middle.
     let whole = selected_bounds(&table);
     let lines = events_in(path(&table)).len();
-    table.studio.command(Command::Alter(Altering::Scale(2.0)));
+    let scaled = altered(&mut table, Altering::Scale(2.0));
     assert_eq!(events_in(path(&table)).len(), lines + 1);
-    let scaled = selected_bounds(&table);
     assert!(scaled.center().abs_diff_eq(whole.center(), 1.0e-3));
     assert!(scaled.extent().abs_diff_eq(whole.extent() * 2.0, 1.0e-3), "{scaled:?} {whole:?}");
     // A part of the group is scaled by copies, which stay in the group.
     let before = bounds_of(table.studio.scene(), &copies[..1]);
     let group = table.studio.scene().groups_of(table.studio.scene().stroke(copies[0]).expect("a stroke"));
     table.studio.command(Command::SelectNone);
-    let middle = before.center();
     let view = table.studio.views()[0].view;
-    table.click(on_screen(&view, middle), Held::default());
+    table.click(on_screen(&view, before.center()), Held::default());
     assert_eq!(table.studio.selection().strokes(), &copies[..1]);
-    table.studio.command(Command::Alter(Altering::Scale(0.5)));
-    let half = selected_bounds(&table);
+    let half = altered(&mut table, Altering::Scale(0.5));
     assert!(half.extent().abs_diff_eq(before.extent() * 0.5, 1.0e-3), "{half:?} {before:?}");
     let scene = table.studio.scene();
     let copy = scene.stroke(table.studio.selection().strokes()[0]).expect("a stroke");
@@ -231,15 +225,12 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
 fn a_group_is_duplicated_with_its_name_and_undone_in_one_step() {
     let (mut table, _) = ribbons(&[0.5, 0.2]);
     select(&mut table, &[0.5, 0.2]);
-    table.studio.command(Command::GroupSelected);
-    table.studio.command(Command::NameGroup(GroupId(0), "bird".to_owned()));
+    table.act([Command::GroupSelected, Command::NameGroup(GroupId(0), "bird".to_owned())]);
     table.studio.command(Command::SelectGroup(GroupId(0)));
     let before = selected_bounds(&table);
     table.studio.command(Command::Duplicate);
-    let names: Vec<_> =
-        table.studio.group_tree().into_iter().map(|node| (node.id, node.name, node.strokes)).collect();
-    let bird = Some("bird".to_owned());
-    assert_eq!(names, [(GroupId(0), bird.clone(), 2), (GroupId(1), bird, 2)]);
+    let names = table.studio.group_tree().into_iter().map(|node| (node.id, node.name, node.strokes));
+    assert!(names.eq([0, 1].map(|id| (GroupId(id), Some("bird".to_owned()), 2))));
     assert_eq!(table.studio.selected_group(), Some(GroupId(1)), "the copy is selected");
     let after = selected_bounds(&table);
     assert!(after.extent().abs_diff_eq(before.extent(), 1.0e-4));
@@ -256,13 +247,10 @@ fn what_was_copied_is_pasted_after_it_was_erased() {
     assert!(!table.studio.can(&Command::Paste));
     table.studio.command(Command::Cut);
     assert_eq!(table.visible(), 0);
-    table.studio.command(Command::Paste);
-    table.studio.command(Command::Paste);
+    table.act([Command::Paste, Command::Paste]);
     assert_eq!(looks(table.studio.scene()).len(), 4);
     assert_eq!(table.studio.selection().strokes().len(), 2);
-    for _ in 0..3 {
-        steps_back(&mut table);
-    }
+    (0..3).for_each(|_| steps_back(&mut table));
     assert_eq!(looks(table.studio.scene()), before, "three steps: two pastes and the cut");
     assert_eq!(looks(&replayed(&events_in(path(&table)))), before);
 }
@@ -277,8 +265,7 @@ fn the_ring_turns_and_its_knob_scales() {
     let at = |p: Vec3| on_screen(&view, p);
     let middle = at(before.center());
     let radius = before.extent().length() * 0.5;
-    let (right, up) =
-        (osp::math::rotate(view.world_from_view, Vec3::X), osp::math::rotate(view.world_from_view, Vec3::Y));
+    let [right, up] = [Vec3::X, Vec3::Y].map(|axis| osp::math::rotate(view.world_from_view, axis));
     let knob = before.center() + (right + up) * radius * std::f32::consts::FRAC_1_SQRT_2;
     let (x, y) = at(knob);
     let half = (middle.0 + (x - middle.0) * 0.5, middle.1 + (y - middle.1) * 0.5);
@@ -288,10 +275,8 @@ fn the_ring_turns_and_its_knob_scales() {
     steps_back(&mut table);
     close(&selected_bounds(&table), &before);
     // A quarter of a turn, from the right of the ring to its top.
-    table.drag(
-        Button::Primary,
-        &[at(before.center() + right * radius), (0.3, 0.3), at(before.center() + up * radius)],
-    );
+    let [right, up] = [right, up].map(|way| at(before.center() + way * radius));
+    table.drag(Button::Primary, &[right, (0.3, 0.3), up]);
     let turned = selected_bounds(&table);
     // The eye looks down a little, so the ring leans.
     let (high, wide) = (turned.extent().y, turned.extent().x);
@@ -304,55 +289,43 @@ fn the_ring_turns_and_its_knob_scales() {
 fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
     let mut harness = sketch();
     drag(&mut harness, &[(0.3, 0.4), (0.5, 0.45), (0.7, 0.4)]);
-    let press = |harness: &mut egui_kittest::Harness<'_, crate::panel::Window>, key| {
-        harness.press(key);
-    };
-    let command = |harness: &mut egui_kittest::Harness<'_, crate::panel::Window>, key| {
-        harness.press_with(Modifiers::COMMAND, key);
-    };
-    let drawn =
-        |harness: &egui_kittest::Harness<'_, crate::panel::Window>| looks(harness.state().studio.scene());
-    command(&mut harness, Key::A);
-    command(&mut harness, Key::D);
+    let drawn = |harness: &Harness<'_, Window>| looks(harness.state().studio.scene());
+    harness.press_with(Modifiers::COMMAND, Key::A);
+    harness.press_with(Modifiers::COMMAND, Key::D);
     assert_eq!(drawn(&harness).len(), 2);
-    harness.event(UiEvent::Copy);
-    harness.run_steps(3);
-    harness.event(UiEvent::Paste("strokes of osp".to_owned()));
-    harness.run_steps(3);
-    assert_eq!(drawn(&harness).len(), 3);
-    harness.event(UiEvent::Cut);
-    harness.run_steps(3);
-    assert_eq!(drawn(&harness).len(), 2);
-    command(&mut harness, Key::A);
-    for key in [Key::PageUp, Key::PageDown, Key::L] {
+    for (events, count) in
+        [(vec![UiEvent::Copy, UiEvent::Paste("strokes of osp".to_owned())], 3), (vec![UiEvent::Cut], 2)]
+    {
+        for event in events {
+            harness.event(event);
+            harness.run_steps(3);
+        }
+        assert_eq!(drawn(&harness).len(), count);
+    }
+    harness.press_with(Modifiers::COMMAND, Key::A);
+    for key in [Key::PageUp, Key::PageDown, Key::L, Key::M, Key::OpenBracket, Key::CloseBracket] {
         let before = drawn(&harness);
-        press(&mut harness, key);
+        let is_alone = matches!(key, Key::PageUp | Key::PageDown | Key::L);
+        harness.press_with(if is_alone { Modifiers::NONE } else { Modifiers::COMMAND }, key);
         assert_ne!(drawn(&harness), before, "{key:?}");
-        command(&mut harness, Key::Z);
+        harness.press_with(Modifiers::COMMAND, Key::Z);
         assert_eq!(drawn(&harness), before, "{key:?}");
         // The brush's width differs from theirs.
         harness.state_mut().studio.command(Command::Width(0.1));
     }
-    for key in [Key::M, Key::OpenBracket, Key::CloseBracket] {
-        let before = drawn(&harness);
-        command(&mut harness, key);
-        assert_ne!(drawn(&harness), before, "{key:?}");
-        command(&mut harness, Key::Z);
-        assert_eq!(drawn(&harness), before, "{key:?}");
-    }
     // While strokes are selected with the select tool, a colour applies to them; else it applies only to the brush.
-    let sky = |harness: &egui_kittest::Harness<'_, crate::panel::Window>| {
+    let sky = |harness: &Harness<'_, Window>| {
         drawn(harness).iter().filter(|look| (look.0.2 * 255.0).round() == 214.0).count()
     };
     harness.click_on("colour 64 168 214");
     assert_eq!(sky(&harness), 0);
-    press(&mut harness, Key::K);
+    harness.press(Key::K);
     assert_eq!(sky(&harness), 2, "asked for");
-    command(&mut harness, Key::Z);
-    press(&mut harness, Key::V);
+    harness.press_with(Modifiers::COMMAND, Key::Z);
+    harness.press(Key::V);
     harness.click_on("colour 72 104 214");
     assert_eq!(sky(&harness), 2);
-    command(&mut harness, Key::Z);
+    harness.press_with(Modifiers::COMMAND, Key::Z);
     assert_eq!(sky(&harness), 0, "one step");
 }
 

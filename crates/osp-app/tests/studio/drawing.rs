@@ -23,8 +23,7 @@ impl Table {
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let subject = Session::new(&autosaves);
-        let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
+        let mut studio = Studio::new(Session::new(&autosaves), autosaves, IndexKind::Osp);
         studio.frame(SIZE_PX, 0.0);
         Self { folder, studio }
     }
@@ -45,13 +44,15 @@ impl Table {
         self.frame();
     }
 
-    /// Drags with keys held.
-    pub(crate) fn drag_held(&mut self, places: &[(f32, f32)], held: Held) {
+    fn press_and_move(&mut self, places: &[(f32, f32)]) {
         self.input(Input::Move(Vec2::from(places[0])));
         self.input(Input::Press(Button::Primary));
-        for &place in &places[1..] {
-            self.input(Input::Move(Vec2::from(place)));
-        }
+        places[1..].iter().for_each(|&place| self.input(Input::Move(Vec2::from(place))));
+    }
+
+    /// Drags with keys held.
+    pub(crate) fn drag_held(&mut self, places: &[(f32, f32)], held: Held) {
+        self.press_and_move(places);
         self.studio.input(Input::Release(Button::Primary), held, SIZE_PX);
         self.frame();
     }
@@ -229,9 +230,7 @@ fn a_stroke_has_no_gaps_to_point_through() {
 
 #[test]
 fn selected_strokes_are_moved_in_one_step() {
-    let mut table = Table::new();
-    table.drag(Button::Primary, &across(0.3));
-    table.drag(Button::Primary, &across(-0.3));
+    let (mut table, _) = ribbons(&[0.3, -0.3]);
     table.studio.command(Command::Tool(ToolChoice::Select));
     table.click((0.0, 0.3), Held::default());
     assert_eq!(table.studio.selection().strokes().len(), 1);
@@ -248,15 +247,12 @@ fn selected_strokes_are_moved_in_one_step() {
     assert!(by.length() > 0.05, "{by}");
     assert!((after.extent() - before.extent()).length() < 1.0e-4);
     table.studio.command(Command::Undo);
-    assert!(
-        (bounds(&table).center() - before.center()).length() < 1.0e-5,
-        "one undo takes the whole move back"
-    );
+    let left = bounds(&table).center() - before.center();
+    assert!(left.length() < 1.0e-5, "one undo takes the whole move back");
     // The selection can be erased. A click on nothing clears the selection.
     table.studio.command(Command::EraseSelected);
     assert_eq!(table.visible(), 0);
-    table.studio.command(Command::Undo);
-    table.studio.command(Command::SelectAll);
+    table.act([Command::Undo, Command::SelectAll]);
     table.click((0.9, 0.9), Held::default());
     assert!(table.studio.selection().is_empty());
 }
@@ -274,8 +270,7 @@ fn a_stroke_starts_on_what_is_under_the_pointer() {
             table.frame();
         }
         table.studio.set_flight(Vec3::ZERO);
-        table.studio.command(Command::Snap(snap));
-        table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+        table.act([Command::Snap(snap), Command::Tool(ToolChoice::Draw(Tool::Ribbon))]);
         let first = table.studio.scene().polygon_count();
         table.drag(Button::Primary, &across(0.0));
         let scene = table.studio.scene();
@@ -305,10 +300,7 @@ fn a_pose_snapped_to_surfaces_does_not_climb_on_itself() {
 
 #[test]
 fn every_index_draws_the_same_and_switching_loses_nothing() {
-    let mut table = Table::new();
-    for height in [-0.4, -0.1, 0.2, 0.5] {
-        table.drag(Button::Primary, &across(height));
-    }
+    let (mut table, _) = ribbons(&[-0.4, -0.1, 0.2, 0.5]);
     let drawn = |table: &mut Table| {
         table.frame();
         let mut ids = table.studio.culling().drawn(0).to_vec();
@@ -319,11 +311,7 @@ fn every_index_draws_the_same_and_switching_loses_nothing() {
     assert!(!expected.is_empty());
     for &kind in IndexKind::ALL {
         // A stroke is being drawn while the index changes. No frame has included its last polygons yet.
-        table.input(Input::Move(Vec2::new(-0.4, -0.7)));
-        table.input(Input::Press(Button::Primary));
-        for i in 1..8 {
-            table.input(Input::Move(Vec2::new(-0.4 + 0.1 * i as f32, -0.7)));
-        }
+        table.press_and_move(&across(-0.7)[..8]);
         table.studio.command(Command::Index(kind));
         table.input(Input::Release(Button::Primary));
         let with = drawn(&mut table);

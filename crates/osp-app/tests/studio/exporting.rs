@@ -57,17 +57,14 @@ fn a_sketch_is_exported_with_its_edits_as_convert_writes_it() {
     table.studio.command(Command::Open(first));
     let said = table.studio.messages().join(" ");
     assert!(said.contains("no part of a sketch that osp knows, and not read: `notes.txt`"), "{said}");
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::EraseSelected);
-    table.studio.command(Command::Undo);
+    table.act([Command::SelectAll, Command::EraseSelected, Command::Undo]);
     table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     table.drag(Button::Primary, &across(-0.3));
     table.studio.command(Command::Export(second.clone()));
     assert_eq!(drawn_in(&second).0, 3);
     table.studio.command(Command::SaveAs(second_saved.clone()));
     assert!(fs::read(&second).expect("there") == converted(&second_saved));
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::EraseSelected);
+    table.act([Command::SelectAll, Command::EraseSelected]);
     // A file that exists, and that this window has not read.
     let third = table.folder.path().join("third.tilt");
     fs::copy(&second, &third).expect("copied");

@@ -1,12 +1,12 @@
 //! Fingers on a touch screen, in the form of the window system's events: the first finger is also the pointer.
 
-use egui::{Event, Modifiers, PointerButton, Pos2, TouchDeviceId, TouchId, TouchPhase, Vec2};
+use egui::{Event, Pos2, TouchDeviceId, TouchId, TouchPhase, Vec2};
 use egui_kittest::Harness;
 use osp::glam::Vec3;
 use osp_app::{Command, ToolChoice};
 use osp_session::recording::Tool;
 
-use crate::panel::{Window, sketch};
+use crate::panel::{Person, Window, button, sketch};
 
 /// The point around which the camera of an empty sketch turns.
 const TARGET: Vec3 = Vec3::new(0.0, 1.2, 0.0);
@@ -19,25 +19,19 @@ fn touch(harness: &Harness<'_, Window>, finger: u64, phase: TouchPhase, pos: Pos
     harness.event(Event::Touch { device_id, id: TouchId(finger), phase, pos, force: None });
     // The first finger moves the pointer, too.
     if finger == 0 {
-        let button = |pressed| Event::PointerButton {
-            pos,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
+        let events = match phase {
+            TouchPhase::Start => vec![Event::PointerMoved(pos), button(pos, true)],
+            TouchPhase::Move => vec![Event::PointerMoved(pos)],
+            TouchPhase::End => vec![button(pos, false), Event::PointerGone],
+            TouchPhase::Cancel => vec![Event::PointerGone],
         };
-        match phase {
-            TouchPhase::Start => {
-                harness.event(Event::PointerMoved(pos));
-                harness.event(button(true));
-            }
-            TouchPhase::Move => harness.event(Event::PointerMoved(pos)),
-            TouchPhase::End => {
-                harness.event(button(false));
-                harness.event(Event::PointerGone);
-            }
-            TouchPhase::Cancel => harness.event(Event::PointerGone),
-        }
+        events.into_iter().for_each(|event| harness.event(event));
     }
+}
+
+fn touch_and_step(harness: &mut Harness<'_, Window>, finger: u64, phase: TouchPhase, pos: Pos2) {
+    touch(harness, finger, phase, pos);
+    harness.step();
 }
 
 /// Several fingers side by side come down one frame after the other, move and spread, and are lifted.
@@ -47,8 +41,7 @@ fn together(harness: &mut Harness<'_, Window>, fingers: u64, by: Vec2, apart: f3
         MIDDLE + by * part + Vec2::new(side * (80.0 + apart * part), 0.0)
     };
     for finger in 0..fingers {
-        touch(harness, finger, TouchPhase::Start, place(finger, 0.0));
-        harness.step();
+        touch_and_step(harness, finger, TouchPhase::Start, place(finger, 0.0));
     }
     for step in 1..=10 {
         for finger in 0..fingers {
@@ -57,8 +50,7 @@ fn together(harness: &mut Harness<'_, Window>, fingers: u64, by: Vec2, apart: f3
         harness.step();
     }
     for finger in (0..fingers).rev() {
-        touch(harness, finger, TouchPhase::End, place(finger, 1.0));
-        harness.step();
+        touch_and_step(harness, finger, TouchPhase::End, place(finger, 1.0));
     }
 }
 
@@ -77,22 +69,18 @@ fn eye(harness: &Harness<'_, Window>) -> (Vec3, Vec3) {
 fn a_finger_that_rests_uses_the_tool_and_a_tap_is_a_click() {
     let mut harness = sketch();
     let is_dragging = |harness: &Harness<'_, Window>| harness.state().studio.is_dragging();
-    touch(&harness, 0, TouchPhase::Start, MIDDLE);
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Start, MIDDLE);
     assert!(!is_dragging(&harness), "it may be the first of several");
     assert!(harness.state().studio.next_frame_in().is_some(), "it is looked at again");
     harness.run_steps(RESTING);
     assert!(is_dragging(&harness));
     touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(4.0, 0.0));
-    touch(&harness, 0, TouchPhase::End, MIDDLE + Vec2::new(4.0, 0.0));
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::End, MIDDLE + Vec2::new(4.0, 0.0));
     assert_eq!(strokes(&harness), 1);
     // A tap selects.
     harness.state_mut().studio.command(Command::Tool(ToolChoice::Select));
-    touch(&harness, 0, TouchPhase::Start, MIDDLE);
-    harness.step();
-    touch(&harness, 0, TouchPhase::End, MIDDLE);
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Start, MIDDLE);
+    touch_and_step(&mut harness, 0, TouchPhase::End, MIDDLE);
     assert_eq!(harness.state().studio.selection().strokes().len(), 1);
 }
 
@@ -131,16 +119,12 @@ fn fingers_that_go_apart_come_nearer_and_three_move_along() {
 #[test]
 fn a_stroke_that_was_meant_stays_when_a_second_finger_comes_down() {
     let mut harness = sketch();
-    touch(&harness, 0, TouchPhase::Start, MIDDLE);
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Start, MIDDLE);
     harness.run_steps(RESTING);
-    touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
-    harness.step();
-    touch(&harness, 1, TouchPhase::Start, MIDDLE + Vec2::new(160.0, 0.0));
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
+    touch_and_step(&mut harness, 1, TouchPhase::Start, MIDDLE + Vec2::new(160.0, 0.0));
     touch(&harness, 1, TouchPhase::End, MIDDLE + Vec2::new(160.0, 0.0));
-    touch(&harness, 0, TouchPhase::End, MIDDLE + Vec2::new(60.0, 0.0));
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::End, MIDDLE + Vec2::new(60.0, 0.0));
     assert_eq!(strokes(&harness), 1);
     together(&mut harness, 2, Vec2::new(0.0, 150.0), 0.0);
     assert_eq!(strokes(&harness), 1);
@@ -152,20 +136,14 @@ fn turning_the_camera_is_no_edit() {
     for y in [-100.0, 0.0, 100.0] {
         together(&mut harness, 1, Vec2::new(200.0, y), 0.0);
     }
-    let undo = |harness: &mut Harness<'_, Window>, command| {
-        harness.state_mut().studio.command(command);
-        harness.step();
-    };
-    undo(&mut harness, Command::Undo);
-    undo(&mut harness, Command::Undo);
+    [Command::Undo, Command::Undo].into_iter().for_each(|command| harness.command(command));
     for tool in [ToolChoice::Draw(Tool::Ribbon), ToolChoice::Erase, ToolChoice::Select] {
         harness.state_mut().studio.command(Command::Tool(tool));
         together(&mut harness, 2, Vec2::new(0.0, 30.0), 0.0);
         assert_eq!(strokes(&harness), 1, "{tool:?}");
     }
     // An undone edit can still be redone.
-    undo(&mut harness, Command::Redo);
-    undo(&mut harness, Command::Redo);
+    [Command::Redo, Command::Redo].into_iter().for_each(|command| harness.command(command));
     assert_eq!(strokes(&harness), 3);
 }
 
@@ -173,18 +151,14 @@ fn turning_the_camera_is_no_edit() {
 fn a_finger_that_the_system_takes_away_ends_its_stroke() {
     let mut harness = sketch();
     touch(&harness, 0, TouchPhase::Start, MIDDLE);
-    touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
     assert!(harness.state().studio.is_dragging());
-    touch(&harness, 0, TouchPhase::Cancel, MIDDLE + Vec2::new(60.0, 0.0));
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Cancel, MIDDLE + Vec2::new(60.0, 0.0));
     assert!(!harness.state().studio.is_dragging());
     assert_eq!(strokes(&harness), 1);
     // A finger that has not started anything leaves nothing.
-    touch(&harness, 0, TouchPhase::Start, MIDDLE);
-    harness.step();
-    touch(&harness, 0, TouchPhase::Cancel, MIDDLE);
-    harness.step();
+    touch_and_step(&mut harness, 0, TouchPhase::Start, MIDDLE);
+    touch_and_step(&mut harness, 0, TouchPhase::Cancel, MIDDLE);
     harness.run_steps(RESTING);
     assert_eq!(strokes(&harness), 1);
 }
@@ -192,24 +166,19 @@ fn a_finger_that_the_system_takes_away_ends_its_stroke() {
 #[test]
 fn the_hand_that_holds_a_pen_does_not_end_its_stroke() {
     let mut harness = sketch();
-    let pen = |harness: &Harness<'_, Window>, pressed| {
-        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
-        harness.event(Event::PointerButton { pos: MIDDLE, button, pressed, modifiers });
-    };
-    harness.event(Event::PointerMoved(MIDDLE));
-    harness.step();
-    pen(&harness, true);
-    harness.step();
+    for event in [Event::PointerMoved(MIDDLE), button(MIDDLE, true)] {
+        harness.event(event);
+        harness.step();
+    }
     let before = eye(&harness);
     for (finger, phase) in [(5, TouchPhase::Start), (6, TouchPhase::Start), (5, TouchPhase::Move)] {
-        touch(&harness, finger, phase, MIDDLE + Vec2::new(finger as f32 * 20.0, 90.0));
-        harness.step();
+        touch_and_step(&mut harness, finger, phase, MIDDLE + Vec2::new(finger as f32 * 20.0, 90.0));
     }
     harness.event(Event::PointerMoved(MIDDLE + Vec2::new(80.0, 0.0)));
     harness.step();
     assert!(harness.state().studio.is_dragging());
     assert_eq!(eye(&harness), before);
-    pen(&harness, false);
+    harness.event(button(MIDDLE, false));
     harness.step();
     assert_eq!(strokes(&harness), 1);
 }

@@ -88,8 +88,7 @@ fn a_group_is_turned_and_scaled_about_its_middle() {
     let whole = |table: &Table| bounds(table, ids[0]).union(&bounds(table, ids[1]));
     let before = whole(&table);
     // The group is within another one that is also turned and moved.
-    table.studio.command(Command::SelectGroup(GroupId(0)));
-    table.studio.command(Command::GroupSelected);
+    table.act([Command::SelectGroup(GroupId(0)), Command::GroupSelected]);
     let aside = Vec3::new(0.5, 0.0, 0.25);
     let placing = Placing { by: aside, turn_degrees: 90.0, ..Placing::STAY };
     table.studio.command(Command::PlaceGroup(GroupId(1), placing));

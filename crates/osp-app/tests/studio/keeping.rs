@@ -7,7 +7,7 @@ use std::{
 
 use crate::{
     drawing::{Table, across, draw_across},
-    panel::{Person, Window, panels},
+    panel::{Person, Window, button, panels},
 };
 use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -16,7 +16,8 @@ use osp_app::{
     Answer, Autosaves, Button, Command, OpenError, Opening, Question, Session, Studio, Then, ToolChoice,
 };
 use osp_rivals::IndexKind;
-use osp_session::recording::{self, Author, Event, OpenOptions, StrokeId, Tool};
+use osp_session::recording::{Flush, Header, RonWriter, StrokeId, Tool};
+use osp_testkit::events;
 
 pub(crate) fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
     let autosaves = Autosaves::new(Some(folder.join("autosaves")));
@@ -26,13 +27,9 @@ pub(crate) fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
     studio
 }
 
-fn document(studio: &Studio) -> &Session {
-    studio.session()
-}
-
+/// Number of events in a whole session.
 fn events_in(path: &Path) -> usize {
-    let events = recording::open(path, &OpenOptions::default()).expect("a recording");
-    events.inspect(|event| assert!(event.is_ok(), "whole lines: {event:?}")).count()
+    events::events_in(path).len()
 }
 
 pub(crate) fn files_in(folder: &Path) -> Vec<PathBuf> {
@@ -64,13 +61,13 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     second.command(Command::Open(path.clone()));
     assert!(matches!(second.question(), Some(Question::Held(_))), "{:?}", second.question());
     assert!(second.question().expect("one").text().contains(&format!("process {}", std::process::id())));
-    assert_eq!(document(&second).path(), folder.path().join("b.ron"), "nothing happens yet");
+    assert_eq!(second.session().path(), folder.path().join("b.ron"), "nothing happens yet");
     second.command(Command::Answer(Answer::Cancel));
-    assert_eq!(document(&second).path(), folder.path().join("b.ron"));
+    assert_eq!(second.session().path(), folder.path().join("b.ron"));
 
     second.command(Command::Open(path.clone()));
     second.command(Command::Answer(Answer::Look));
-    assert!(document(&second).is_read_only() && !second.can_draw());
+    assert!(second.session().is_read_only() && !second.can_draw());
     let polygons = second.scene().counts().visible;
     draw_across(&mut second, 0.3);
     second.command(Command::Undo);
@@ -82,7 +79,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     assert!(second.can_draw() && second.question().is_none());
     assert_eq!(files_in(&folder.path().join("autosaves")).len(), 1, "a mark, and no copy yet");
     draw_across(&mut second, 0.3);
-    let copy = document(&second).path().to_owned();
+    let copy = second.session().path().to_owned();
     assert!(events_in(&copy) > events_in(&path));
     assert_eq!(fs::read(&path).expect("a file"), before, "the first one's file is its own");
 
@@ -95,7 +92,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     first.close().expect("written");
     second.command(Command::Answer(Answer::TryAgain));
     assert!(second.question().is_none() && second.can_draw());
-    assert_eq!((document(&second).path(), second.scene().counts().visible), (&*path, drawn));
+    assert_eq!((second.session().path(), second.scene().counts().visible), (&*path, drawn));
     second.close().expect("written");
 }
 
@@ -110,13 +107,9 @@ fn what_was_not_drawn_here_is_copied() {
     permissions.set_readonly(true);
     fs::set_permissions(&protected, permissions).expect("set");
     let compressed = place("compressed.ron.zst");
-    let mut writer = recording::RonWriter::create(
-        &compressed,
-        &recording::Header::new("a", "osp sketch 0.1.0"),
-        recording::Flush::AtEnd,
-    )
-    .expect("a file");
-    writer.write(&Event::Undo { author: Author::SOLE, t: 0.0 }).expect("an event");
+    let header = Header::new("a", "osp sketch 0.1.0");
+    let mut writer = RonWriter::create(&compressed, &header, Flush::AtEnd).expect("a file");
+    writer.write(&events::SOLE.undo()).expect("an event");
     writer.finish().expect("written");
     fs::write(place("model.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
 
@@ -130,23 +123,23 @@ fn what_was_not_drawn_here_is_copied() {
         let autosaves = place("autosaves");
         let mut studio = opened(&place(name), folder.path(), Opening::default());
         assert!(said(&studio).contains(why), "{name}: {}", said(&studio));
-        assert!(document(&studio).path().starts_with(&autosaves), "{name}");
-        assert!(!document(&studio).path().exists());
-        let events = document(&studio).event_count();
+        assert!(studio.session().path().starts_with(&autosaves), "{name}");
+        assert!(!studio.session().path().exists());
+        let events = studio.session().event_count();
         studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
         studio.close().expect("nothing to write");
         assert!(files_in(&autosaves).is_empty(), "{name}: no copy of what was only opened");
 
         let mut studio = opened(&place(name), folder.path(), Opening::default());
         draw_across(&mut studio, 0.1);
-        let copy = document(&studio).path().to_owned();
+        let copy = studio.session().path().to_owned();
         assert!(events_in(&copy) as u64 > events, "{name}: the copy is whole");
         // After saving under a name, the session counts as drawn here.
         studio.command(Command::SaveAs(place("saved.ron")));
         studio.close().expect("written");
         assert_eq!(fs::read(place(name)).expect("a file"), before, "{name}");
         let again = opened(&place("saved.ron"), folder.path(), Opening::default());
-        assert_eq!(document(&again).path(), place("saved.ron"));
+        assert_eq!(again.session().path(), place("saved.ron"));
         again.close().expect("unchanged");
         fs::remove_file(place("saved.ron")).expect("removed");
         assert!(files_in(&autosaves).is_empty(), "{name}");
@@ -206,8 +199,7 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         ("close", Studio::ask_to_close),
         ("new", |studio| studio.command(Command::New)),
         ("open", |studio| {
-            let other = document(studio).path().with_file_name("other.ron");
-            studio.command(Command::Open(other));
+            studio.command(Command::Open(studio.session().path().with_file_name("other.ron")));
         }),
     ];
     for (what, leave) in leave {
@@ -216,20 +208,20 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         let mut studio = opened(&path, folder.path(), Opening::default());
         draw_across(&mut studio, 0.2);
         fs::remove_file(&path).expect("removed");
-        let events = document(&studio).event_count();
+        let events = studio.session().event_count();
         leave(&mut studio);
         let Some(Question::Unwritten { is_kept: true, reason, .. }) = studio.question() else {
             panic!("{what}: {:?}", studio.question())
         };
         assert!(reason.contains("a.ron") && reason.contains("removed"), "{reason}");
-        assert!(!studio.is_closing() && document(&studio).event_count() == events);
+        assert!(!studio.is_closing() && studio.session().event_count() == events);
         studio.command(Command::Answer(Answer::Cancel));
-        assert!(!studio.is_closing() && document(&studio).path() == path);
+        assert!(!studio.is_closing() && studio.session().path() == path);
         leave(&mut studio);
         studio.command(Command::Answer(Answer::GoOn));
         assert_eq!(studio.is_closing(), what == "close");
         if what != "close" {
-            assert_ne!(document(&studio).path(), path);
+            assert_ne!(studio.session().path(), path);
         }
         // The user on the terminal gets the message, too.
         let unwritten = studio.close().expect_err("not in its file");
@@ -260,10 +252,7 @@ fn a_session_that_uses_the_last_number_is_drawn_on() {
         assert!(studio.scene().stroke(StrokeId(number)).is_some_and(|stroke| stroke.is_visible()));
     }
     studio.close().expect("written");
-    let mut scene = osp_session::scene::Scene::new();
-    for event in recording::open(&path, &OpenOptions::default()).expect("a recording") {
-        scene.apply(&event.expect("an event"), &mut Vec::new());
-    }
+    let scene = events::scene_of(&events::events_in(&path));
     assert_eq!(scene.counts(), counts, "the file says the same");
 }
 
@@ -280,19 +269,18 @@ fn of_a_damaged_session_the_rest_is_offered() {
     studio.command(Command::Answer(Answer::Lenient));
     assert!(said(&studio).contains("damaged parts skipped: 2"), "{}", said(&studio));
     draw_across(&mut studio, 0.2);
-    let copy = document(&studio).path().to_owned();
+    let copy = studio.session().path().to_owned();
     assert!(events_in(&copy) > 5);
     studio.close().expect("written");
     assert_eq!(fs::read_to_string(&path).expect("text"), text);
 }
 
 fn draw_with_pointer(harness: &mut Harness<'_, Window>, from: egui::Pos2) {
-    for (pressed, pos) in [(true, from), (false, from - Vec2::new(90.0, 0.0))] {
-        harness.event(egui::Event::PointerMoved(pos));
-        harness.run_steps(1);
-        let (button, modifiers) = (egui::PointerButton::Primary, Modifiers::NONE);
-        harness.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
-        harness.run_steps(1);
+    for (pressed, at) in [(true, from), (false, from - Vec2::new(90.0, 0.0))] {
+        for event in [egui::Event::PointerMoved(at), button(at, pressed)] {
+            harness.event(event);
+            harness.run_steps(1);
+        }
     }
 }
 
@@ -311,19 +299,14 @@ fn every_question(folder: &Path) -> Vec<Question> {
     let edits = autosaves.last(1).remove(0);
     assert_eq!(edits.of(), "A sketch with a name of some length");
     let long = PathBuf::from("/a/very/long/way/to/a/folder/of/many/sessions/with/a/long/name.ron");
+    let damage = format!("{}, line 3: expected a whole value", long.display());
+    let reason = format!("{}: it was removed, or its folder was", long.display());
     vec![
         Question::Held(held),
         Question::Edits(edits),
-        Question::Damaged {
-            path: long.clone(),
-            damage: format!("{}, line 3: expected a whole value", long.display()),
-        },
-        Question::Replace(long.clone(), Box::new(Command::SaveAs(long.clone()))),
-        Question::Unwritten {
-            reason: format!("{}: it was removed, or its folder was", long.display()),
-            is_kept: true,
-            then: Then::Close,
-        },
+        Question::Damaged { path: long.clone(), damage },
+        Question::Replace(long.clone(), Box::new(Command::SaveAs(long))),
+        Question::Unwritten { reason, is_kept: true, then: Then::Close },
         Question::Unwritten { reason: "a disk is full".to_owned(), is_kept: false, then: Then::New },
     ]
 }

@@ -79,8 +79,7 @@ fn copies_that_no_reader_would_take_are_not_made() {
     for i in 0..30 {
         table.drag(Button::Primary, &[(-0.5, i as f32 * 0.02), (-0.4, i as f32 * 0.02)]);
     }
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::Copy);
+    table.act([Command::SelectAll, Command::Copy]);
     for _ in 0..8 {
         table.studio.command(Command::Paste);
     }

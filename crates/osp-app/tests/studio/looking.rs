@@ -58,13 +58,11 @@ fn what_was_painted_elsewhere_is_looked_at_until_somebody_draws() {
         assert_eq!(table.studio.views()[0].view, turned);
         // The grid is as somebody left it.
         let layers = osp_app::LayerChoice { grid: false, ..table.studio.layers() };
-        table.studio.command(Command::Layers(layers));
-        table.studio.command(Command::Tool(ToolChoice::Look));
+        table.act([Command::Layers(layers), Command::Tool(ToolChoice::Look)]);
         table.studio.command(Command::Tool(ToolChoice::Erase));
         assert!(!table.studio.layers().grid);
         // A new session, and a copy that somebody asks for, are to be drawn.
-        table.studio.command(Command::Open(path.clone()));
-        table.studio.command(Command::Answer(osp_app::Answer::Cancel));
+        table.act([Command::Open(path.clone()), Command::Answer(osp_app::Answer::Cancel)]);
         assert_eq!(table.studio.tool(), ToolChoice::Look);
         table.studio.command(Command::New);
         assert!(table.studio.tool() == RIBBON && table.studio.layers().grid);

@@ -11,12 +11,8 @@ use egui_kittest::{
 use osp_app::{Command, Settings, Theme, ToolChoice};
 use osp_session::{brush, recording::Tool};
 
-fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
-    harness.click_button(name);
-}
-
 fn pick(harness: &mut Harness<'_, Window>, menu: &str, name: &str) {
-    open_menu(harness, menu);
+    harness.click_button(menu);
     let entry =
         harness.query_all_by_label_contains(name).find(|node| node.accesskit_node().role() == Role::Button);
     entry.unwrap_or_else(|| panic!("no entry {name}")).click();
@@ -24,8 +20,7 @@ fn pick(harness: &mut Harness<'_, Window>, menu: &str, name: &str) {
 }
 
 fn path_of(harness: &Harness<'_, Window>) -> std::path::PathBuf {
-    let document = harness.state().studio.session();
-    document.path().to_owned()
+    harness.state().studio.session().path().to_owned()
 }
 
 fn type_path(harness: &mut Harness<'_, Window>, path: &Path) {
@@ -149,11 +144,11 @@ fn settings_and_recent_sessions_are_there_the_next_time() {
         let ctx = harness.ctx.clone();
         harness.keep_settings(kept.clone(), &ctx);
         drag(&mut harness, &across());
-        harness.command(Command::SaveAs(folder.join("mine.ron")));
-        harness.command(Command::Paint(brush::find("Ink")));
-        harness.command(Command::Color([0.1, 0.2, 0.3, 1.0]));
-        harness.command(Command::Width(0.5));
-        open_menu(&mut harness, "View");
+        let (paint, color) = (Command::Paint(brush::find("Ink")), Command::Color([0.1, 0.2, 0.3, 1.0]));
+        for command in [Command::SaveAs(folder.join("mine.ron")), paint, color, Command::Width(0.5)] {
+            harness.command(command);
+        }
+        harness.click_button("View");
         harness.get_by_label_contains("Theme").click();
         harness.run_steps(3);
         harness.click_on("Light");
@@ -168,7 +163,7 @@ fn settings_and_recent_sessions_are_there_the_next_time() {
     next.run_steps(3);
     let pen = next.state().studio.brush();
     assert_eq!((pen.paint, pen.color, pen.width_m), (brush::find("Ink"), [0.1, 0.2, 0.3, 1.0], 0.5));
-    open_menu(&mut next, "File");
+    next.click_button("File");
     next.get_by_label_contains("Open recent").click();
     next.run_steps(3);
     let gone = next.get_by_label("mine.ron");
@@ -202,13 +197,8 @@ fn the_key_of_a_shortcut_does_not_fly_when_the_modifier_is_released_first() {
     drag(&mut harness, &across());
     let eye = |harness: &Harness<'_, Window>| harness.state().studio.views()[0].view.eye_in_world;
     let before = eye(&harness);
-    let key = |pressed, modifiers| egui::Event::Key {
-        key: Key::D,
-        physical_key: None,
-        pressed,
-        repeat: false,
-        modifiers,
-    };
+    let (key, physical_key, repeat) = (Key::D, None, false);
+    let key = |pressed, modifiers| egui::Event::Key { key, physical_key, pressed, repeat, modifiers };
     harness.event(egui::Event::ModifiersChanged(Modifiers::COMMAND));
     harness.event(key(true, Modifiers::COMMAND));
     harness.step();

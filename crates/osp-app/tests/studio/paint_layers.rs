@@ -114,8 +114,7 @@ fn layers_are_there_when_the_session_is_opened_again() {
     assert_eq!(rows, [row(0, "layer 1", false, true), row(1, "sky", true, false)]);
     let visible = table.visible();
     let path = table.folder.path().join("mine.ron");
-    table.studio.command(Command::SaveAs(path.clone()));
-    table.studio.command(Command::New);
+    table.act([Command::SaveAs(path.clone()), Command::New]);
     assert_eq!(table.studio.session_layers().len(), 1);
     table.studio.command(Command::Open(path));
     let document = table.studio.session();
@@ -162,8 +161,7 @@ fn the_list_and_the_keys_do_it_too() {
 fn what_comes_from_a_closed_layer_is_pasted_on_the_one_that_is_drawn_on() {
     let mut table = Table::new();
     let stroke = draw(&mut table, 0.5);
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::Copy);
+    table.act([Command::SelectAll, Command::Copy]);
     layer(&mut table, LayerEdit::New);
     layer(&mut table, LayerEdit::Lock(0, true));
     table.studio.command(Command::Paste);
@@ -184,8 +182,7 @@ fn a_group_with_strokes_of_a_locked_layer_stays_where_it_is() {
     let loose = draw(&mut table, 0.5);
     layer(&mut table, LayerEdit::New);
     draw(&mut table, 0.0);
-    table.studio.command(Command::SelectAll);
-    table.studio.command(Command::GroupSelected);
+    table.act([Command::SelectAll, Command::GroupSelected]);
     let group = table.studio.scene().free_groups().next().map_or(0, |group| group.0 - 1);
     let bounds = |table: &Table| {
         let scene = table.studio.scene();

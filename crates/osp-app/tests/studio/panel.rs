@@ -1,6 +1,6 @@
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
-use osp::glam;
+use osp::{glam, occlusion::Occlusion};
 use osp_app::{Autosaves, Command, FrameReport, Room, Session, Span, Studio, ToolChoice, ui::Interface};
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -51,6 +51,8 @@ pub(crate) trait Person {
     fn press_with(&mut self, modifiers: Modifiers, key: Key);
     fn click_on(&mut self, label: &str);
     fn click_button(&mut self, label: &str);
+    /// Clicks what may be out of sight.
+    fn choose(&mut self, label: &str);
     fn command(&mut self, command: Command);
     fn keep_settings(&mut self, path: std::path::PathBuf, ctx: &egui::Context);
 }
@@ -81,6 +83,11 @@ impl Person for Harness<'_, Window> {
         self.run_steps(FRAMES);
     }
 
+    fn choose(&mut self, label: &str) {
+        self.get_by_label(label).click_accesskit();
+        self.run_steps(FRAMES);
+    }
+
     fn command(&mut self, command: Command) {
         self.state_mut().studio.command(command);
         self.run_steps(FRAMES);
@@ -106,7 +113,7 @@ pub(crate) fn replay() -> Harness<'static, Window> {
     window(|_| player)
 }
 
-fn button(at: Pos2, pressed: bool) -> Event {
+pub(crate) fn button(at: Pos2, pressed: bool) -> Event {
     Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
 }
 
@@ -225,8 +232,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let each: Vec<usize> = (0..4).map(|i| drawn(&harness, i)).collect();
     assert_eq!(each.iter().sum::<usize>() as u64, in_view);
     assert!(each.iter().all(|&count| count > 100), "{each:?}");
-    let msvbsp = Method::from_name("msvbsp").expect("a method");
-    harness.command(Command::Occlusion(msvbsp));
+    harness.command(Command::Occlusion(Occlusion::Msvbsp.into()));
     for (i, all) in each.iter().enumerate() {
         assert!(drawn(&harness, i) < all - 50, "screen {i}: {} of {all}", drawn(&harness, i));
     }
@@ -236,8 +242,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     harness.get_by_label("split planes");
 
     let faces = harness.state().studio.lines().triangle_count();
-    harness.get_by_label("occluders and shadow volumes").click_accesskit();
-    harness.run_steps(2);
+    harness.choose("occluders and shadow volumes");
     // A wall's shadow has four sides.
     assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
 
@@ -280,8 +285,7 @@ fn what_the_sides_of_the_view_cut_is_counted() {
     let mut harness = with_panel(replay());
     harness.command(Command::Seek(301));
     assert_eq!(harness.state().studio.inside_and_cut(), None);
-    harness.get_by_label("polygons that the frustum cuts").click_accesskit();
-    harness.run_steps(3);
+    harness.choose("polygons that the frustum cuts");
     let studio = &harness.state().studio;
     let (inside, cut) = studio.inside_and_cut().expect("it is shown");
     assert_eq!(inside + cut, harness.state().report.record.visible);
@@ -297,8 +301,7 @@ fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
     assert!(harness.state().studio.layers().pyramid);
     let needs = "only hzb has a pyramid: choose hzb under occlusion";
     assert!(harness.query_by_label(needs).is_some());
-    let hzb = Method::Hzb;
-    harness.command(Command::Occlusion(hzb));
+    harness.command(Command::Occlusion(Method::Hzb));
     assert!(harness.query_by_label(needs).is_none());
     harness.press(Key::F3);
     assert!(!harness.state().studio.layers().pyramid);

@@ -58,8 +58,7 @@ fn what_is_in_a_box_or_a_sphere_is_selected_with_every_index() {
             (Span::Sphere, [(0.0, 0.5), (0.0, 0.05)], &ids[..1]),
             (Span::Sphere, [(0.0, 0.0), (0.0, 0.7)], &ids[..]),
         ] {
-            table.studio.command(Command::SelectNone);
-            table.studio.command(Command::Tool(ToolChoice::Span(span)));
+            table.act([Command::SelectNone, Command::Tool(ToolChoice::Span(span))]);
             table.drag(Button::Primary, &way);
             assert_eq!(selected(&table), expected, "{} {span:?} {way:?}", kind.name());
         }

@@ -97,30 +97,19 @@ fn three_touched_corners_put_the_tracker_into_the_room() {
         let p = in_tracker(p);
         format!("hand {} {} {} 0 0 0 1 {pressure}", p.x, p.y, p.z)
     };
-    harness.get_by_label("Calibrate the tracker…").click_accesskit();
-    harness.run_steps(2);
-    let take = |harness: &mut Harness<'_, Window>| {
-        harness.get_by_label("Take this point (Enter)").click_accesskit();
-        harness.run_steps(2);
-    };
-    assert!(
-        harness.get_by_label("Take this point (Enter)").accesskit_node().is_disabled(),
-        "there is no hand yet"
-    );
+    harness.choose("Calibrate the tracker…");
+    let take = "Take this point (Enter)";
+    assert!(harness.get_by_label(take).accesskit_node().is_disabled(), "there is no hand yet");
     let screen = &rig.screens[0];
-    for (corner, name) in [
-        (screen.lower_left, "lower left"),
-        (screen.lower_right, "lower right"),
-        (screen.upper_left, "upper left"),
-    ] {
+    let corners = [screen.lower_left, screen.lower_right, screen.upper_left];
+    for (corner, name) in corners.into_iter().zip(["lower left", "lower right", "upper left"]) {
         assert!(has(&harness, &format!("{name} corner: hold it there")));
         send(&mut harness, &socket, &hand(corner, 0.0));
-        take(&mut harness);
+        harness.choose(take);
     }
     assert!(has(&harness, "The points fit the corners to 0 mm."));
     assert!(has(&harness, "room_from_tracker: (p: ("));
-    harness.get_by_label("Use it now").click_accesskit();
-    harness.run_steps(3);
+    harness.choose("Use it now");
     assert!(!has(&harness, "Use it now"), "the dialog is closed");
     let of_rig = harness.state().studio.room().rig().expect("a rig").room_from_tracker;
     assert!(of_rig.p.distance(shift) < 1.0e-4 && of_rig.q.dot(turn).abs() > 0.9999);
@@ -142,17 +131,13 @@ fn three_touched_corners_put_the_tracker_into_the_room() {
     }
 
     // Escape closes the dialog, and points on a line are refused.
-    harness.get_by_label("Calibrate the tracker…").click_accesskit();
-    harness.run_steps(2);
-    for _ in 0..3 {
-        take(&mut harness);
-    }
+    harness.choose("Calibrate the tracker…");
+    (0..3).for_each(|_| harness.choose(take));
     assert!(has(&harness, "expected three points that are apart"));
-    harness.get_by_label("Begin again").click_accesskit();
-    harness.run_steps(2);
+    harness.choose("Begin again");
     assert!(!has(&harness, "expected three points"));
     harness.press(egui::Key::Escape);
-    assert!(!has(&harness, "Take this point (Enter)"));
+    assert!(!has(&harness, take));
 }
 
 /// The script that docs/walls.md names turns the output of VRPN's `vrpn_print_devices` into messages.
@@ -179,15 +164,14 @@ fn a_script_makes_messages_of_what_vrpn_prints() {
     let messages: Vec<Message> =
         lines.lines().map(|line| parse_line(line).expect("a message").expect("no comment")).collect();
     let Message::Head { p, q } = messages[0] else { panic!("a head first: {messages:?}") };
+    assert_eq!(p, Vec3::new(0.1, 1.62, -0.3));
+    assert!(q.dot(Quat::from_xyzw(0.0, 0.71, 0.0, 0.71).normalize()) > 0.9999, "{q}");
+    let hands = messages[1..].iter().map(|message| match message {
+        Message::Hand { hand, p, pressure, .. } => (*hand, p.x, *pressure),
+        other => panic!("a hand: {other:?}"),
+    });
     assert!(
-        p == Vec3::new(0.1, 1.62, -0.3) && q.dot(Quat::from_xyzw(0.0, 0.71, 0.0, 0.71).normalize()) > 0.9999
+        hands.eq([(1, 0.3, 0.0), (1, 0.3, 1.0), (1, 0.32, 1.0), (1, 0.32, 0.0), (3, -0.32, 0.0)]),
+        "{lines}"
     );
-    let hands: Vec<(u8, f32, f32)> = messages[1..]
-        .iter()
-        .map(|message| match message {
-            Message::Hand { hand, p, pressure, .. } => (*hand, p.x, *pressure),
-            other => panic!("a hand: {other:?}"),
-        })
-        .collect();
-    assert_eq!(hands, [(1, 0.3, 0.0), (1, 0.3, 1.0), (1, 0.32, 1.0), (1, 0.32, 0.0), (3, -0.32, 0.0)]);
 }

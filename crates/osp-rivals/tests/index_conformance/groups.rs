@@ -7,37 +7,21 @@ use osp::{
     view::{Projection, View},
 };
 use osp_rivals::groups::{CullScratch, GroupError, GroupIndex, MeshId, NodeId, Polygons};
-use rand_pcg::{Pcg64, rand_core::Rng};
+use osp_testkit::Random;
 
-struct Random(Pcg64);
+fn point(random: &mut Random, reach: f32) -> Vec3 {
+    random.in_cube().as_vec3() * reach
+}
 
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0.next_u32() as usize % n
-    }
+fn transform(random: &mut Random, reach: f32) -> Affine3A {
+    let scale = random.range(0.3, 2.0) as f32;
+    let turn = Quat::from_vec4(point(random, 1.0).extend(0.3)).normalize();
+    Affine3A::from_scale_rotation_translation(Vec3::splat(scale), turn, point(random, reach))
+}
 
-    fn between(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * (self.0.next_u32() as f32 / u32::MAX as f32)
-    }
-
-    fn point(&mut self, reach: f32) -> Vec3 {
-        Vec3::from([(); 3].map(|()| self.between(-reach, reach)))
-    }
-
-    fn turn(&mut self) -> Quat {
-        Quat::from_xyzw(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0), 0.3)
-            .normalize()
-    }
-
-    fn transform(&mut self, reach: f32) -> Affine3A {
-        let scale = self.between(0.3, 2.0);
-        Affine3A::from_scale_rotation_translation(Vec3::splat(scale), self.turn(), self.point(reach))
-    }
-
-    fn small_box(&mut self) -> Aabb {
-        let (at, half) = (self.point(1.0), self.point(0.05).abs());
-        Aabb { min: at - half, max: at + half }
-    }
+fn small_box(random: &mut Random) -> Aabb {
+    let (at, half) = (point(random, 1.0), point(random, 0.05).abs());
+    Aabb { min: at - half, max: at + half }
 }
 
 /// The same world as lists.
@@ -106,7 +90,7 @@ fn culled(index: &GroupIndex, frustum: &Frustum, model: &Model, scratch: &mut Cu
 
 #[test]
 fn what_is_in_view_is_found_wherever_groups_are_moved() {
-    let mut random = Random(Pcg64::new(9, 3));
+    let mut random = Random::new(9);
     let (mut polygons, mut visible, mut reported, mut whole) = (0u64, 0u64, 0u64, 0u64);
     for round in 0..40 {
         let mut index = GroupIndex::default();
@@ -116,23 +100,20 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
             let mesh = index.add_mesh();
             // A mesh is a list if it is small, otherwise a tree.
             let count = if random.below(3) == 0 { 700 } else { random.below(30) };
-            model.meshes.push((0..count).map(|_| Some(random.small_box())).collect());
+            model.meshes.push((0..count).map(|_| Some(small_box(&mut random))).collect());
             for (bounds, number) in model.meshes[mesh.0 as usize].iter().zip(0..) {
                 index.set_polygon(mesh, PolygonId(number), bounds.as_ref()).expect("a sound box");
             }
         }
         for step in 0..60 {
-            let to = random.transform(if round % 2 == 0 { 3.0 } else { 40.0 });
+            let to = transform(&mut random, if round % 2 == 0 { 3.0 } else { 40.0 });
             match (model.nodes.len(), random.below(6)) {
                 (0..5, _) | (5..20, 0 | 1) => {
                     let parent = (!model.nodes.is_empty() && random.below(3) > 0)
                         .then(|| random.below(model.nodes.len()));
                     let mesh = (random.below(4) > 0).then(|| random.below(3));
-                    let node = index.add_node(
-                        parent.map(|at| NodeId(at as u32)),
-                        to,
-                        mesh.map(|at| MeshId(at as u32)),
-                    );
+                    let (below, shows) = (parent.map(|i| NodeId(i as u32)), mesh.map(|i| MeshId(i as u32)));
+                    let node = index.add_node(below, to, shows);
                     assert_eq!(node, Ok(NodeId(model.nodes.len() as u32)));
                     model.nodes.push((parent, to, mesh));
                 }
@@ -141,10 +122,8 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                     let parent = (parent < count).then_some(parent);
                     let hung = index.set_parent(NodeId(node as u32), parent.map(|at| NodeId(at as u32)));
                     let is_ring = parent.is_some_and(|parent| model.is_below(parent, node));
-                    assert_eq!(
-                        hung,
-                        if is_ring { Err(GroupError::Ring(NodeId(node as u32))) } else { Ok(()) }
-                    );
+                    let ring = Err(GroupError::Ring(NodeId(node as u32)));
+                    assert_eq!(hung, if is_ring { ring } else { Ok(()) });
                     if !is_ring {
                         model.nodes[node].0 = parent;
                     }
@@ -154,7 +133,7 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                     let inserted = &mut model.meshes[mesh];
                     if !inserted.is_empty() {
                         let id = random.below(inserted.len());
-                        let bounds = (random.below(2) == 0).then(|| random.small_box());
+                        let bounds = (random.below(2) == 0).then(|| small_box(&mut random));
                         let outcome =
                             index.set_polygon(MeshId(mesh as u32), PolygonId(id as u32), bounds.as_ref());
                         assert_eq!(outcome.is_err(), bounds.is_none() && inserted[id].is_none());
@@ -171,12 +150,9 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                 continue;
             }
             index.commit();
-            let view = View::look_at(
-                random.point(6.0),
-                random.point(3.0),
-                Projection::symmetric(random.between(25.0, 90.0), 1.3, 0.05, 60.0),
-            );
-            let frustum = view.frustum();
+            let projection = Projection::symmetric(random.range(25.0, 90.0) as f32, 1.3, 0.05, 60.0);
+            let (eye, target) = (point(&mut random, 6.0), point(&mut random, 3.0));
+            let frustum = View::look_at(eye, target, projection).frustum();
             let seen = culled(&index, &frustum, &model, &mut scratch);
             for (node, seen) in seen.iter().enumerate() {
                 let world = exactly(&model.world(node));
@@ -205,20 +181,15 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                         }
                     }
                     // Except for rounding, the index finds no more than a list of all boxes in their own spaces.
-                    assert!(
-                        is_seen == (in_view_m >= 0.0) || in_view_m.abs() < 1.0e-3,
-                        "node {node}: {in_view_m} m"
-                    );
+                    let is_right = is_seen == (in_view_m >= 0.0) || in_view_m.abs() < 1.0e-3;
+                    assert!(is_right, "node {node}: {in_view_m} m");
                 }
                 whole += u64::from(seen.iter().all(|&is_seen| is_seen));
             }
         }
     }
-    assert!(
-        visible > 10_000 && reported * 20 > polygons && reported < polygons,
-        "{visible} {reported} of {polygons}"
-    );
-    assert!(whole > 100);
+    assert!(reported * 20 > polygons && reported < polygons, "{reported} of {polygons}");
+    assert!(visible > 10_000 && whole > 100, "{visible} {whole}");
 }
 
 fn tile(at: usize) -> Aabb {
@@ -226,13 +197,18 @@ fn tile(at: usize) -> Aabb {
     Aabb { min, max: min + Vec3::new(1.0, 0.1, 1.0) }
 }
 
-#[test]
-fn a_group_that_moves_costs_its_nodes() {
+fn tiled() -> (GroupIndex, MeshId) {
     let mut index = GroupIndex::default();
     let mesh = index.add_mesh();
     for number in 0..10_000 {
         index.set_polygon(mesh, PolygonId(number), Some(&tile(number as usize))).expect("a sound box");
     }
+    (index, mesh)
+}
+
+#[test]
+fn a_group_that_moves_costs_its_nodes() {
+    let (mut index, mesh) = tiled();
     let at = |x: f32| Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
     let top = index.add_node(None, at(0.0), None).expect("a node");
     let mut nodes = vec![top];
@@ -265,11 +241,7 @@ fn a_group_that_moves_costs_its_nodes() {
 
 #[test]
 fn a_group_out_of_view_costs_one_test_and_one_in_view_none_for_its_polygons() {
-    let mut index = GroupIndex::default();
-    let mesh = index.add_mesh();
-    for number in 0..10_000 {
-        index.set_polygon(mesh, PolygonId(number), Some(&tile(number as usize))).expect("a sound box");
-    }
+    let (mut index, mesh) = tiled();
     let top = index.add_node(None, Affine3A::IDENTITY, None).expect("a node");
     for _ in 0..50 {
         index.add_node(Some(top), Affine3A::IDENTITY, Some(mesh)).expect("a node");

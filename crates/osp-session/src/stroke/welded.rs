@@ -112,7 +112,7 @@ impl WeldedBuilder {
             let is_far = total_m > 1.125 * self.made_m || total_m < 0.875 * self.made_m;
             if is_far || (!is_open && total_m != self.made_m) {
                 self.made_m = total_m;
-                let start = self.start_of_last();
+                let start = self.start_of(&self.links);
                 if start < from {
                     (from, place) = (start, self.links.get(start).map(Link::place));
                 }
@@ -140,7 +140,7 @@ impl WeldedBuilder {
             self.links.truncate(last_break + 1);
         }
         self.is_finished = true;
-        let start = self.start_of_last();
+        let start = self.start_of(&self.links);
         if self.section.depends_on_length()
             && let Some(link) = self.links.get(start)
         {
@@ -155,7 +155,7 @@ impl WeldedBuilder {
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let mut settled = self.track.kept.saturating_sub(2);
         if self.uv == Uv::Stretched {
-            let start = self.start_of_last();
+            let start = self.start_of(&self.links);
             // After the end of the stroke this is the last call.
             let closed = if self.is_finished { self.links.len() } else { start };
             for segment in self.links[..closed].chunk_by(|a, b| a.segment == b.segment) {
@@ -171,7 +171,9 @@ impl WeldedBuilder {
                 self.stretch(open, painted.1.parts(open.len(), last.along_m[1]), out);
                 self.painted = painted;
             }
-            settled = settled.min(start.saturating_sub(1));
+            // The next sample can take back a segment that begins at a provisional end.
+            let certain = self.start_of(&self.links[..settled.min(self.links.len())]);
+            settled = settled.min(start.min(certain).saturating_sub(1));
         }
         let forgotten = self.track.forget(settled);
         self.links.drain(..forgotten);
@@ -188,10 +190,10 @@ impl WeldedBuilder {
         }
     }
 
-    /// Index of the first piece of the last segment.
-    fn start_of_last(&self) -> usize {
-        let last = self.links.iter().rfind(|link| link.is_linked);
-        last.map_or(self.links.len(), |link| link.start.saturating_sub(self.forgotten))
+    /// Index of the first piece of the last segment of these first links.
+    fn start_of(&self, links: &[Link]) -> usize {
+        let last = links.iter().rfind(|link| link.is_linked);
+        last.map_or(links.len(), |link| link.start.saturating_sub(self.forgotten))
     }
 
     fn length_m(&self) -> f32 {

@@ -2,7 +2,8 @@
 
 use glam::{Quat, Vec3};
 use osp::math::rotate;
-use osp_session::recording::{Author, Event, NormalRule, OpenOptions, StrokeId, Tool, open};
+use osp_session::recording::{Author, Event, NormalRule, OpenOptions, StrokeId, open};
+use osp_testkit::events::Begin;
 
 use super::files::{OBJ, POSES, apa, count, gzip, read, read_sound, small_cassie, write, write_cassie};
 
@@ -19,29 +20,19 @@ fn a_painter_needs_no_change_of_axes_or_units() {
         ([1.5, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0], 1.0, 1511),
     ];
     let path = write(folder.path(), "a.apa", &apa(&[([0.5, 0.0, 1.0], 0.04, points)]));
-    let stroke = StrokeId(0);
+    let (stroke, p, normal) = (StrokeId(0), Vec3::new(1.0, 2.0, 3.0), NormalRule::SideX);
+    let begin =
+        Begin { width: 0.04, color: (0.5, 0.0, 1.0, 1.0), normal, thinnest: 0.0, ..Begin::of(stroke) };
+    let mut begin = begin.event();
+    if let Event::Begin { t, .. } = &mut begin {
+        *t = 1.5;
+    }
     assert_eq!(
         read_sound(&path),
         [
-            Event::Begin {
-                author: Author::SOLE,
-                t: 1.5,
-                stroke,
-                tool: Tool::Ribbon,
-                width: 0.04,
-                color: (0.5, 0.0, 1.0, 1.0),
-                normal: NormalRule::SideX,
-                thinnest: 0.0,
-                paint: None,
-            },
-            Event::Point {
-                t: 1.5,
-                stroke,
-                p: Vec3::new(1.0, 2.0, 3.0),
-                q: Quat::from_xyzw(0.6, 0.0, 0.0, 0.8),
-                pressure: 0.25
-            },
-            Event::Point { t: 1.511, stroke, p: Vec3::new(1.5, 2.0, 3.0), q: Quat::IDENTITY, pressure: 1.0 },
+            begin,
+            Event::Point { t: 1.5, stroke, p, q: Quat::from_xyzw(0.6, 0.0, 0.0, 0.8), pressure: 0.25 },
+            Event::Point { t: 1.511, stroke, p: p + Vec3::X * 0.5, q: Quat::IDENTITY, pressure: 1.0 },
             Event::End { t: 1.511, stroke },
         ]
     );

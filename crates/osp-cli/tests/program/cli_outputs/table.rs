@@ -139,17 +139,12 @@ fn the_file_behind_standard_input_is_an_input_too() {
         write_session(folder.path(), out);
         let file = || fs::File::open(folder.path().join(out)).expect("a file");
         let before = io::read_to_string(file()).expect("text");
-        let words = args(command, out, true)
-            .into_iter()
-            .map(|word| if word == "in.ron" { "-".to_owned() } else { word });
+        let words = args(command, out, true).into_iter();
+        let words = words.map(|word| if word == "in.ron" { "-".to_owned() } else { word });
         let output = OSP.command_in(folder.path(), words).stdin(file()).output().expect("the program starts");
         assert_eq!(output.status.code(), Some(2), "{command} to {out}");
-        assert_eq!(
-            io::read_to_string(file()).expect("text"),
-            before,
-            "{command} to {out}: {}",
-            stderr(&output)
-        );
+        let after = io::read_to_string(file()).expect("text");
+        assert_eq!(after, before, "{command} to {out}: {}", stderr(&output));
     }
 }
 

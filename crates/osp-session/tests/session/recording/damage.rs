@@ -4,11 +4,11 @@ use std::io::{BufReader, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use osp_session::recording::{Author, Event, MAX_LINE_BYTES, RecordingError};
+use osp_session::recording::{MAX_LINE_BYTES, RecordingError};
 use osp_testkit::peak_of;
 use proptest::prelude::*;
 
-use super::events::{LENIENT, Outcome, STRICT, read, read_file, read_from, sample_events, write};
+use super::events::{LENIENT, Outcome, STRICT, read, read_file, read_from, sample_events, undo, write};
 use super::look::header;
 
 /// The length of the lines up to and including line `n`, without the last newline.
@@ -44,7 +44,7 @@ fn every_truncation_replays_up_to_the_cut() {
 fn a_torn_line_in_the_middle_is_an_error() {
     let text = "Header(format: 1)\nUndo(t: 1)\nPoint(t: 1, str\nUndo(t: 2)\n";
     let outcome = read(text.as_bytes(), STRICT);
-    assert_eq!(outcome.events, [Event::Undo { author: Author::SOLE, t: 1.0 }]);
+    assert_eq!(outcome.events, [undo(1.0)]);
     assert!(matches!(outcome.error, Some(RecordingError::Line { line: 3, .. })), "{:?}", outcome.error);
 }
 
@@ -90,17 +90,12 @@ fn a_giant_line_is_refused_without_being_kept() {
     let Some(RecordingError::Line { line: 3, expected, found, .. }) = &outcome.error else {
         panic!("{:?}", outcome.error);
     };
-    assert!(
-        expected.contains(&MAX_LINE_BYTES.to_string()) && found.chars().count() < 120,
-        "{expected} {found}"
-    );
+    assert!(expected.contains(&MAX_LINE_BYTES.to_string()), "{expected}");
+    assert!(found.chars().count() < 120, "{found}");
     assert!(taken.load(Ordering::Relaxed) < 2 * MAX_LINE_BYTES as u64, "the rest was not even read");
 
     let (outcome, second) = peak_of(|| read_from(giant(&taken), LENIENT));
-    assert_eq!(
-        outcome.events,
-        [Event::Undo { author: Author::SOLE, t: 1.0 }, Event::Undo { author: Author::SOLE, t: 2.0 }]
-    );
+    assert_eq!(outcome.events, [undo(1.0), undo(2.0)]);
     assert_eq!(outcome.notes.skipped, 1);
 
     let (outcome, third) = peak_of(|| read_from(BufReader::new(std::io::repeat(b'7').take(GIANT)), LENIENT));

@@ -13,6 +13,10 @@ use osp_session::recording::{
 use osp_testkit::events::{Begin, SOLE, polygon};
 use proptest::prelude::*;
 
+pub(crate) fn undo(t: f64) -> Event {
+    Event::Undo { author: Author::SOLE, t }
+}
+
 pub(crate) fn write(header: &Header, events: &[Event]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer = RonWriter::new(&mut bytes, "test.ron", header, Flush::EachEvent).unwrap();
@@ -204,7 +208,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         ),
         1 => (time(), stroke()).prop_map(|(t, stroke)| Event::End { t, stroke }),
         1 => (time(), stroke()).prop_map(|(t, stroke)| Event::Erase { author: Author::SOLE, t, stroke }),
-        1 => time().prop_map(|t| Event::Undo { author: Author::SOLE, t }),
+        1 => time().prop_map(undo),
         1 => time().prop_map(|t| Event::Redo { author: Author::SOLE, t }),
         1 => (time(), strokes(), point()).prop_map(|(t, strokes, by)| Event::Move { author: Author::SOLE, t, strokes, by }),
         1 => (time(), group(), strokes(), prop::option::of(group()))

@@ -1,8 +1,8 @@
 //! An incomplete last line is left out; a complete last line is read or refused.
 
-use osp_session::recording::{Author, Event, RecordingError};
+use osp_session::recording::RecordingError;
 
-use super::events::{LENIENT, STRICT, read};
+use super::events::{LENIENT, STRICT, read, undo};
 
 const START: &str = "Header(format: 1)\nUndo(t: 1)\n";
 
@@ -36,7 +36,7 @@ fn a_last_line_that_ends_inside_is_a_cut() {
     for line in ["Place(t: 2, group: 1, to: (p: (0, 0, 0), q: (0, 0, 0, 1), s: 0)", "Un", "Undo(t: 2"] {
         for options in [STRICT, LENIENT] {
             let outcome = read(format!("{START}{line}").as_bytes(), options);
-            assert_eq!(outcome.events, [Event::Undo { author: Author::SOLE, t: 1.0 }]);
+            assert_eq!(outcome.events, [undo(1.0)]);
             assert!(outcome.error.is_none() && outcome.notes.skipped == 0, "{:?}", outcome.error);
             assert_eq!(outcome.notes.warnings.len(), 1);
             assert!(outcome.notes.warnings[0].contains("line 3: the file ends inside this line"));

@@ -1,10 +1,10 @@
 //! Brushes, light and layers in a recording: they are read back as written, and invalid numbers are refused.
 
-use super::events::{STRICT, read, write};
+use super::events::{STRICT, read, undo, write};
 use glam::{Quat, Vec3};
 use osp_session::recording::{
-    Author, Environment, Event, Flush, Header, Layer, NormalRule, OpenOptions, Paint, RonReader, RonWriter,
-    StrokeId, open,
+    Environment, Event, Flush, Header, Layer, NormalRule, OpenOptions, Paint, RonReader, RonWriter, StrokeId,
+    open,
 };
 use osp_testkit::events::Begin;
 
@@ -122,7 +122,7 @@ fn a_recording_of_format_1_may_be_gone_on_with_and_hold_brushes() {
     writer.finish().unwrap();
     let mut session = open(&path, &OpenOptions::default()).unwrap();
     assert_eq!(session.header.format, 1);
-    assert_eq!(session.events.next_event().unwrap(), Some(Event::Undo { author: Author::SOLE, t: 1.0 }));
+    assert_eq!(session.events.next_event().unwrap(), Some(undo(1.0)));
     assert_eq!(session.events.next_event().unwrap(), Some(painted));
     assert_eq!(session.events.next_event().unwrap(), None);
 }

@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
-use super::events::{STRICT, read, sample_events, write};
+use super::events::{STRICT, read, sample_events, undo, write};
 use osp_session::recording::{
-    Author, Event, Flush, Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonWriter, StrokeId, open,
+    Event, Flush, Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonWriter, StrokeId, open,
 };
+use osp_testkit::events::SOLE;
 
 /// Stores every write call separately; fails once `room` bytes are used up.
 #[derive(Clone)]
@@ -78,22 +79,14 @@ fn collected_lines_come_out_whole_and_none_is_lost() {
 fn what_a_reader_would_refuse_is_not_written() {
     let mut bytes = Vec::new();
     let mut writer = RonWriter::new(&mut bytes, "a.ron", &header(), Flush::EachEvent).unwrap();
-    writer.write(&Event::Undo { author: Author::SOLE, t: 1.0 }).unwrap();
-    let error = writer.write(&Event::Undo { author: Author::SOLE, t: f64::NAN }).unwrap_err().to_string();
+    writer.write(&undo(1.0)).unwrap();
+    let error = writer.write(&undo(f64::NAN)).unwrap_err().to_string();
     assert!(error.starts_with("a.ron, line 3: expected a finite time"), "{error}");
-    let long = Event::Move {
-        author: Author::SOLE,
-        t: 1.0,
-        strokes: vec![StrokeId(u32::MAX); MAX_LINE_BYTES / 10],
-        by: glam::Vec3::ZERO,
-    };
+    let long = SOLE.moved(vec![StrokeId(u32::MAX); MAX_LINE_BYTES / 10], glam::Vec3::ZERO);
     assert!(matches!(writer.write(&long), Err(RecordingError::Line { line: 3, .. })));
-    writer.write(&Event::Redo { author: Author::SOLE, t: 2.0 }).unwrap();
+    writer.write(&undo(2.0)).unwrap();
     drop(writer);
-    assert_eq!(
-        read(&bytes, STRICT).events,
-        [Event::Undo { author: Author::SOLE, t: 1.0 }, Event::Redo { author: Author::SOLE, t: 2.0 }]
-    );
+    assert_eq!(read(&bytes, STRICT).events, [undo(1.0), undo(2.0)]);
     let mut root = header();
     root.root = Some(osp_session::recording::Root { center: glam::Vec3::NAN, size: 1.0 });
     assert!(RonWriter::new(Vec::new(), "a.ron", &root, Flush::EachEvent).is_err());
@@ -107,19 +100,11 @@ fn nothing_follows_a_torn_line() {
     let results: Vec<bool> = sample_events().iter().map(|event| writer.write(event).is_ok()).collect();
     let first_error = results.iter().position(|ok| !ok).unwrap();
     assert!(results[first_error..].iter().all(|ok| !ok));
-    writer.out_of_the_way();
+    // The writer must not write again in its drop.
+    drop(writer);
     let written = out.calls.lock().unwrap().concat();
     assert_eq!(written, whole[..whole.len() / 2]);
     assert_eq!(read(&written, STRICT).events, sample_events()[..first_error]);
-}
-
-trait OutOfTheWay {
-    fn out_of_the_way(self);
-}
-
-impl<W: Write> OutOfTheWay for RonWriter<W> {
-    /// Drops the writer, which must not write again in its drop.
-    fn out_of_the_way(self) {}
 }
 
 #[test]
@@ -141,25 +126,19 @@ fn a_session_goes_on_after_every_possible_crash() {
             let before = match open(&path, &STRICT) {
                 Ok(session) => session.map(|event| event.unwrap()).collect::<Vec<_>>(),
                 Err(_) => {
-                    assert!(
-                        RonWriter::append(&path, Flush::EachEvent).is_err(),
-                        "{name} {length}: no header"
-                    );
+                    let appended = RonWriter::append(&path, Flush::EachEvent);
+                    assert!(appended.is_err(), "{name} {length}: no header");
                     continue;
                 }
             };
             let (mut writer, header_read) = RonWriter::append(&path, Flush::EachEvent).unwrap();
             assert_eq!(header_read, header());
             assert_eq!(writer.lines(), 1 + before.len() as u64, "{name} {length}");
-            writer.write(&Event::Undo { author: Author::SOLE, t: 77.0 }).unwrap();
+            writer.write(&undo(77.0)).unwrap();
             writer.finish().unwrap();
             let after = events_of(&path);
             assert_eq!(after[..before.len()], before, "{name} {length}");
-            assert_eq!(
-                after[before.len()..],
-                [Event::Undo { author: Author::SOLE, t: 77.0 }],
-                "{name} {length}"
-            );
+            assert_eq!(after[before.len()..], [undo(77.0)], "{name} {length}");
             resumed += 1;
         }
         assert!(resumed > 150, "{name}: {resumed}");

@@ -252,11 +252,7 @@ fn a_scene_shapes_a_tube_once_a_frame() {
     assert!(changes.iter().any(|change| matches!(change, Change::Update(_))), "its end has moved");
 }
 
-/// The brushes tested here, and samples of a hand or of random values.
-const BRUSHES: &str = "Dots Smoke Embers Stars MatteHull SmoothHull DiamondHull CoarseBristles Splatter HyperGrid \
-    DanceFloor Leaves WaveformParticles Bubbles Wire Toon Lofted Spikes Petal Comet Muscle Rain MylarTube LightWire \
-    ConcaveHull";
-
+/// Samples of a hand or of random values.
 fn samples() -> impl Strategy<Value = Vec<Sample>> {
     let near = (-0.02f32..0.05, -0.02f32..0.03, -0.02f32..0.02);
     let step = prop_oneof![
@@ -268,7 +264,7 @@ fn samples() -> impl Strategy<Value = Vec<Sample>> {
     ];
     let turn =
         (-3.0f32..3.0, -3.0f32..3.0).prop_map(|(a, b)| Quat::from_rotation_y(a) * Quat::from_rotation_x(b));
-    proptest::collection::vec((step, turn, 0.0f32..1.0), 0..40).prop_map(|steps| {
+    proptest::collection::vec((step, turn, 0.0f32..1.0), 0..60).prop_map(|steps| {
         let mut position = Vec3::ZERO;
         let mut at = |step: Vec3| {
             // Values out of range affect one sample only, not later ones.
@@ -286,22 +282,35 @@ fn samples() -> impl Strategy<Value = Vec<Sample>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(900))]
 
     #[test]
-    fn sample_by_sample_gives_the_same_as_all_at_once(
+    fn frames_of_any_size_give_the_same_as_all_at_once(
         samples in samples(),
-        brush in prop::sample::select(BRUSHES.split(' ').collect::<Vec<_>>()),
-        width_m in prop_oneof![Just(0.0f32), 0.001f32..0.3, Just(1.0e15f32), Just(1.0e-20)],
-        scale in prop_oneof![4 => Just(1.0f32), 1 => 0.01f32..20.0, 1 => Just(1.0e-30f32), 1 => Just(1.0e15)],
+        brush in prop::sample::select(brush::all()),
+        frame in prop::sample::select(&[1, 2, 7, 40][..]),
+        width_m in prop_oneof![Just(0.0f32), 0.001f32..0.3, Just(1.0e15f32), Just(1.0e30), Just(1.0e-20)],
+        scale in prop_oneof![Just(1.0f32), 0.01f32..20.0, Just(1.0e-30f32), Just(1.0e15), Just(0.0)],
     ) {
-        let settings = StrokeSettings { scale, ..settings(brush, width_m) };
+        let settings = StrokeSettings { scale, ..settings(&brush.name, width_m) };
         let (at_once, _) = draw(settings, &samples);
-        prop_assert_eq!(&Stroke::in_frames(settings, &samples, 1, |_, _| {}).pieces, &at_once);
+        prop_assert_eq!(&Stroke::in_frames(settings, &samples, frame, |_, _| {}).pieces, &at_once);
         for piece in &at_once {
             prop_assert!(piece.polygon.vertices().iter().all(|p| p.is_finite()));
+            prop_assert!(piece.polygon.area_m2() > 0.0, "{:?}", piece);
         }
     }
+}
+
+/// A leap begins a segment at a provisional end. The next sample takes that back.
+#[test]
+fn the_start_of_a_segment_is_painted_until_its_end_is_certain() {
+    let line = [0.0, 0.041, 0.073, 0.117, 0.15].map(|x| at(x, 0.0, 0.0));
+    let leap = [0.0, 0.017, 0.067].map(|x| at(0.9 + x, 0.0, 0.0));
+    let settings = StrokeSettings { scale: 11.0, ..settings("TaperedMarkerGeo", 0.001) };
+    let samples = [&line[..], &leap].concat();
+    let in_frames = Stroke::in_frames(settings, &samples, 1, |_, _| {});
+    assert_eq!(in_frames.pieces, draw(settings, &samples).0);
 }
 
 #[test]

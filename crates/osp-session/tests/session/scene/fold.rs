@@ -74,11 +74,8 @@ type State = (BTreeMap<StrokeId, StrokeState>, BTreeMap<GroupId, GroupState>);
 impl Model {
     /// The result of all active edits.
     fn fold(&self) -> State {
-        let none = GroupState {
-            parent: None,
-            name: None,
-            to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 },
-        };
+        let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 };
+        let none = GroupState { parent: None, name: None, to };
         let mut strokes: BTreeMap<StrokeId, StrokeState> = BTreeMap::new();
         let mut groups: BTreeMap<GroupId, GroupState> =
             self.groups.iter().map(|&group| (group, none.clone())).collect();
@@ -108,9 +105,7 @@ impl Model {
                         strokes.entry(*stroke).or_default().group = Some(*group);
                     }
                 }
-                Op::Place(group, to) => {
-                    groups.entry(*group).and_modify(|group| group.to = *to);
-                }
+                Op::Place(group, to) => groups.get_mut(group).expect("a group").to = *to,
                 Op::Assign(layer, named) => {
                     named.iter().for_each(|stroke| strokes.entry(*stroke).or_default().layer = *layer)
                 }
@@ -176,11 +171,8 @@ impl Model {
                 };
                 stacks.open = None;
                 step.iter().for_each(|&edit| self.edits[edit].is_active = !is_undo);
-                if is_undo {
-                    stacks.taken_back.push(step)
-                } else {
-                    stacks.done.push(step)
-                }
+                let onto = if is_undo { &mut stacks.taken_back } else { &mut stacks.done };
+                onto.push(step);
                 return;
             }
             _ => return,
@@ -220,13 +212,10 @@ fn state_of(scene: &mut Scene) -> State {
     let strokes =
         scene.strokes().iter().filter(|stroke| scene.stroke(stroke.id().unwrap_or(StrokeId(0))).is_some());
     let strokes = strokes.map(|stroke| {
-        let state = StrokeState {
-            is_drawn: !stroke.is_taken_away(),
-            erased_by: BTreeSet::new(),
-            offset: stroke.offset(),
-            group: scene.groups_of(stroke).first().copied(),
-            layer: stroke.layer(),
-        };
+        let (offset, layer) = (stroke.offset(), stroke.layer());
+        let group = scene.groups_of(stroke).first().copied();
+        let is_drawn = !stroke.is_taken_away();
+        let state = StrokeState { is_drawn, offset, group, layer, ..StrokeState::default() };
         (stroke.id().expect("all have numbers"), state)
     });
     let strokes = strokes.collect();
@@ -245,14 +234,11 @@ fn event_of(author: Author, authors: u32, kind: u8, pick: [u32; 4]) -> Vec<Event
     let some_group = |pick: u32| group_id(whose(pick), pick / authors % 2);
     let length = |pick: u32| (pick % 64) as f32 / 8.0 - 4.0;
     let strokes = vec![some(pick[0]), some(pick[1])];
-    let t = 0.0;
+    let (by, t) = (By(author), 0.0);
     vec![match kind {
         0..=1 => return stroke(author, pick[0] % 3),
-        2..=3 => Event::Erase { t, author, stroke: some(pick[0]) },
-        4..=6 => {
-            let by = Vec3::new(length(pick[2]), length(pick[3]), length(pick[2] / 64));
-            Event::Move { t, author, strokes, by }
-        }
+        2..=3 => by.erase(some(pick[0])),
+        4..=6 => by.moved(strokes, Vec3::new(length(pick[2]), length(pick[3]), length(pick[2] / 64))),
         7..=9 => {
             let parent = (!pick[3].is_multiple_of(3)).then(|| some_group(pick[3] / 3));
             let name = (pick[3] / 64)
@@ -263,12 +249,12 @@ fn event_of(author: Author, authors: u32, kind: u8, pick: [u32; 4]) -> Vec<Event
         10..=11 => {
             let s = [0.5, 1.0, 2.0][pick[1] as usize % 3];
             let to = Transform { p: Vec3::X * length(pick[2]), q: Quat::IDENTITY, s };
-            Event::Place { t, author, group: some_group(pick[0]), to }
+            by.placed(some_group(pick[0]), to)
         }
         12 => Event::Assign { t, author, layer: pick[2] % 4, strokes },
         13 => Event::Step { t, author, edits: pick[0] % 4 },
-        14..=17 => By(author).undo(),
-        _ => By(author).redo(),
+        14..=17 => by.undo(),
+        _ => by.redo(),
     }]
 }
 

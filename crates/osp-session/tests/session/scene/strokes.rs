@@ -6,7 +6,7 @@ use osp_session::{
     recording::{NormalRule, Tool},
     stroke::{Drops, Pieces, Sample, StrokeBuilder, StrokeSettings, TUBE_SIDES, split_into_convex},
 };
-use rand_pcg::{Pcg64, rand_core::Rng};
+use osp_testkit::Random;
 
 const WIDTH_M: f32 = 0.2;
 
@@ -127,8 +127,8 @@ fn assert_covers(corners: &[(f32, f32)], what: &str) {
 
 #[test]
 fn outlines_of_any_shape_are_cut_into_pieces_that_cover_them() {
-    let mut random = Pcg64::new(11, 2);
-    let mut unit = || (random.next_u64() >> 40) as f32 / (1u64 << 24) as f32;
+    let mut random = Random::new(11);
+    let mut unit = || random.unit() as f32;
     for round in 0..300 {
         // Star-shaped outlines: fully visible from the middle, with far and near corners.
         let count = 5 + round % 30;
