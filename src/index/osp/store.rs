@@ -207,43 +207,36 @@ impl Store {
         At { shelf, block: at }
     }
 
-    /// Inserts a polygon with a valid box; `None` if it is there.
+    /// Inserts a polygon with a valid box; `None` if it is there. Widens the boxes above. No branch depends on the boxes,
+    /// because a processor could not predict it.
     #[inline(always)]
     pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Option<At> {
         let (block, lane) = (id.0 / 16, id.index() % BLOCK);
-        let at = match self.at(block) {
-            Some(at) if self.shelves[at.shelf].live[at.block] != 0 => at,
-            _ => self.make(block),
+        let at = match self.at_live(block) {
+            Some(at) => at,
+            None => self.make(block),
         };
-        let shelf = &mut self.shelves[at.shelf];
-        if shelf.live[at.block] >> lane & 1 == 1 {
+        let (shelf, entry) = (&mut self.shelves[at.shelf], block as usize / BLOCKS);
+        let live = &mut shelf.live[at.block];
+        if *live >> lane & 1 == 1 {
             return None;
         }
-        shelf.live[at.block] |= 1 << lane;
+        let (was_unfiled, group) = (*live != shelf.filed[at.block], at.block / 16);
+        *live |= 1 << lane;
         shelf.moved[at.block] |= 1 << lane;
         self.exact[shelf.boxes[at.block]].boxes.set(lane, bounds);
         self.len += 1;
-        self.widen(at, block, bounds);
-        Some(at)
-    }
-
-    /// Widens the boxes above a polygon that is not in the tree, up to one that contains it or is stale.
-    #[inline(always)]
-    fn widen(&mut self, at: At, block: u32, bounds: &Aabb) {
-        let (shelf, entry) = (&mut self.shelves[at.shelf], block as usize / BLOCKS);
-        let (group, top) = (at.block / 16, &mut self.tops[entry / 16]);
-        self.unfiled_blocks += usize::from(shelf.groups[group].unfiled >> (at.block % 16) & 1 == 0);
+        let top = &mut self.tops[entry / 16];
         let above = [(&mut shelf.groups[group], at.block % 16), (&mut shelf.top, group), (top, entry % 16)];
-        let mut is_done = false;
         for (around, lane) in above {
-            let bit = 1 << lane;
-            is_done |= around.stale & bit != 0 || !around.boxes.widen(lane, bounds);
-            if is_done && around.unfiled & bit != 0 {
-                return;
+            around.boxes.grow(lane, bounds);
+            if !was_unfiled {
+                around.used |= 1 << lane;
+                around.unfiled |= 1 << lane;
             }
-            around.used |= bit;
-            around.unfiled |= bit;
         }
+        self.unfiled_blocks += usize::from(!was_unfiled);
+        Some(at)
     }
 
     /// The position of a block, if it has polygons.

@@ -51,6 +51,17 @@ impl<const N: usize> Boxes<N> {
         true
     }
 
+    /// Does the same as [`Boxes::widen`] without a branch.
+    #[inline(always)]
+    pub(crate) fn grow(&mut self, lane: usize, bounds: &Aabb) {
+        let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
+        for axis in 0..3 {
+            let (low, high) = (self.rows[axis][lane], self.rows[axis + 3][lane]);
+            self.rows[axis][lane] = if min[axis] < low { min[axis] } else { low };
+            self.rows[axis + 3][lane] = if max[axis] > high { max[axis] } else { high };
+        }
+    }
+
     /// The box around the boxes in the lanes of `mask`, which is below `2^N`.
     #[inline]
     pub fn around(&self, mask: u32) -> Aabb {
