@@ -171,19 +171,22 @@ pub struct Sides {
     pub behind: u32,
     /// Boxes that do not lie wholly on the inner side of every plane.
     pub(crate) cut: u32,
-    /// For each requested plane, the boxes that do not lie wholly on its inner side.
-    cut_by: [u32; 6],
+    /// For each requested plane, the boxes that do not lie wholly on its inner side. Eight entries fill a SIMD register.
+    cut_by: [u32; 8],
 }
 
 impl Sides {
     /// The result of no test: no box is behind or cut.
-    pub(crate) const NONE: Self = Self { behind: 0, cut: 0, cut_by: [0; 6] };
+    pub(crate) const NONE: Self = Self { behind: 0, cut: 0, cut_by: [0; 8] };
 
     /// The planes of `mask` that cut one of these boxes.
     #[inline(always)]
     pub(crate) fn cutting(&self, mask: u8, boxes: u32) -> u8 {
-        let by = |plane: usize| u8::from(self.cut_by[plane] & boxes != 0) << plane;
-        mask & (by(0) | by(1) | by(2) | by(3) | by(4) | by(5))
+        let mut planes = 0;
+        for (plane, cut) in self.cut_by.iter().enumerate() {
+            planes |= u8::from(cut & boxes != 0) << plane;
+        }
+        mask & planes
     }
 
     /// The boxes that exactly one plane of `mask` cuts.
