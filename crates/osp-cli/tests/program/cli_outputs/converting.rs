@@ -176,7 +176,8 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
     assert!(stderr(&convert(&[])).contains("a.glb: exists already; --force replaces it"));
     fs::remove_file(at("a.glb")).expect("removed");
     fs::create_dir(at("a.glb")).expect("a folder");
-    assert_refused(&convert(&["--force"]), &["a.glb: expected a file; found a folder"]);
+    let said = stderr(&convert(&["--force"]));
+    assert!(said.contains("a.glb: expected a file; found a folder"), "{said}");
     fs::remove_dir(at("a.glb")).expect("removed");
     #[cfg(unix)]
     {
@@ -187,7 +188,8 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
         fs::remove_file(at("a.glb")).expect("removed");
         // A pipe would take the model only when somebody reads it.
         assert!(make_pipe(&at("a.glb")));
-        assert_refused(&convert(&["--force"]), &["a.glb: expected a file; found a folder, a pipe"]);
+        let said = stderr(&convert(&["--force"]));
+        assert!(said.contains("a.glb: expected a file; found a folder, a pipe"), "{said}");
     }
 }
 
