@@ -46,6 +46,6 @@ pub use work::WorkCounts;
 #[doc(hidden)]
 pub use self::{
     simd::Backend,
-    visit::{Node, Thinner, Visit, Visitor},
+    visit::{Node, Visit, Visitor},
     work::Upkeep,
 };

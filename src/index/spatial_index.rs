@@ -3,7 +3,7 @@ use std::any::Any;
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{Thinner, Upkeep, Visit, Visitor, WorkCounts, mask_writer::SetAll, probe, simd::Backend};
+use super::{Upkeep, Visit, Visitor, WorkCounts, mask_writer::SetAll, probe, simd::Backend};
 use crate::{
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
@@ -130,12 +130,12 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Removes the polygons that `thinner` finds hidden from `visible`, the result of
-    /// [`SpatialIndex::frustum_cull_blocks`] for this frustum. A [`SpatialIndex::traverse`] with the same test results
-    /// omits the same polygons. The method builds no list of polygons, and does not read the polygons of nodes that are
-    /// not hidden. It returns `false`, and changes nothing, if the index cannot do this.
+    /// Removes the polygons that `visitor` skips from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for
+    /// this frustum. A [`SpatialIndex::traverse`] with the same decisions omits the same polygons. The method passes no
+    /// polygons, and does not read those of nodes that are taken. The leaves' `containment` is unspecified. It returns
+    /// `false`, and changes nothing, if the index cannot do this.
     #[doc(hidden)]
-    fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
+    fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _visitor: &mut dyn Visitor) -> bool {
         false
     }
 

@@ -30,7 +30,8 @@ pub enum Visit {
     Take,
 }
 
-/// Selects nodes and receives polygons in a [`super::SpatialIndex::traverse`].
+/// Selects nodes in a [`super::SpatialIndex::traverse`] and receives their polygons, or selects the nodes and polygons that
+/// [`super::SpatialIndex::thin_out`] keeps.
 pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
@@ -51,35 +52,19 @@ pub trait Visitor {
     /// Receives polygons that pass the frustum test. `decision` is the decision about their node: [`Visit::Descend`] or
     /// [`Visit::Take`].
     fn polygons(&mut self, ids: &[PolygonId], decision: Visit);
-}
 
-/// The occlusion test that [`super::SpatialIndex::thin_out`] calls.
-pub trait Thinner {
-    /// The least number of polygons of a tested node. Smaller nodes are kept without a test.
-    fn least_polygons(&self) -> usize;
-
-    /// Whether the polygons of leaves are tested one by one.
-    fn tests_polygons(&self) -> bool;
-
-    /// Tests a node with this box and at most `polygons` polygons. [`Visit::Skip`]: the whole node is hidden.
-    /// [`Visit::Take`]: no part of the node can be hidden.
-    fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
-
-    /// Does the same as [`Thinner::node`] for at most sixteen boxes; box `i` has at most `polygons[i]` polygons.
-    fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
-        for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
-            *answer = self.node(bounds, usize::from(polygons));
-        }
+    /// [`super::SpatialIndex::thin_out`] takes nodes with fewer polygons without a call of [`Visitor::node`].
+    fn least_polygons(&self) -> usize {
+        1
     }
 
-    /// Whether a polygon with this box is hidden.
-    fn is_hidden(&mut self, bounds: &Aabb) -> bool;
+    /// Whether [`super::SpatialIndex::thin_out`] calls [`Visitor::hidden_of`] for the leaves to which it descends.
+    fn tests_polygons(&self) -> bool {
+        false
+    }
 
     /// The hidden polygons among at most sixteen with these boxes, a bit for each box.
-    fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
-        boxes
-            .iter()
-            .enumerate()
-            .fold(0, |hidden, (i, bounds)| hidden | u16::from(self.is_hidden(bounds)) << i)
+    fn hidden_of(&mut self, _boxes: &[Aabb]) -> u16 {
+        0
     }
 }

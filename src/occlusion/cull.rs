@@ -1,6 +1,6 @@
 use super::{Cell, Needed, OcclusionCuller, Tested, TestedBoxes, Verdict, verdict::TOGETHER};
 use crate::{
-    index::{Node, Thinner, Visit, Visitor},
+    index::{Node, Visit, Visitor},
     math::{Aabb, Sphere},
     polygon::{BLOCK, Geometry, PolygonId, SpacesInView, VisibleBlocks, count_polygons, ids_of},
 };
@@ -137,22 +137,13 @@ impl BoxStack {
 pub(super) struct Tests<'a> {
     culler: &'a dyn OcclusionCuller,
     config: CullConfig,
-    counts: CullCounts,
+    pub(super) counts: CullCounts,
     nested: BoxStack,
 }
 
 impl<'a> Tests<'a> {
     pub(super) fn new(culler: &'a dyn OcclusionCuller, config: CullConfig) -> Self {
         Self { culler, config, counts: CullCounts::default(), nested: BoxStack::EMPTY }
-    }
-
-    pub(super) fn counts(&self) -> CullCounts {
-        self.counts
-    }
-
-    /// Sets the counts to those of a visitor.
-    pub(super) fn set_counts(&mut self, counts: CullCounts) {
-        self.counts = counts;
     }
 
     /// Adds the visible polygons of spaces to `drawn`, and removes the hidden ones. It tests the box of each
@@ -165,8 +156,7 @@ impl<'a> Tests<'a> {
     ) {
         for (bounds, blocks) in spaces.iter() {
             let polygons = count_polygons(blocks);
-            let visit =
-                if polygons < self.least_polygons() { Visit::Take } else { self.node(bounds, polygons) };
+            let visit = self.test(bounds, polygons);
             for &(block, mask) in blocks {
                 let hidden = match visit {
                     Visit::Skip => mask,
@@ -203,18 +193,12 @@ impl<'a> Tests<'a> {
         }
         self.hidden_of(&boxes[..ids.len()])
     }
-}
 
-impl Thinner for Tests<'_> {
-    fn least_polygons(&self) -> usize {
-        self.config.least_polygons
-    }
-
-    fn tests_polygons(&self) -> bool {
-        self.config.polygon_test != PolygonTest::Never
-    }
-
-    fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
+    /// Tests a node.
+    fn test(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
+        if polygons < self.config.least_polygons {
+            return Visit::Take;
+        }
         let Tested { verdict, steps } = match self.config.node_test {
             NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(bounds)),
             NodeTest::Box => {
@@ -242,11 +226,22 @@ impl Thinner for Tests<'_> {
             Verdict::PartlyHidden => Visit::Descend,
         }
     }
+}
 
-    fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
-        if self.config.node_test != NodeTest::Box {
+impl Visitor for Tests<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        self.test(node.bounds, node.polygons)
+    }
+
+    fn tests_together(&self) -> bool {
+        true
+    }
+
+    fn leaves(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
+        let CullConfig { node_test, least_polygons, .. } = self.config;
+        if node_test != NodeTest::Box || polygons.iter().any(|&count| usize::from(count) < least_polygons) {
             for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
-                *answer = self.node(bounds, usize::from(polygons));
+                *answer = self.test(bounds, usize::from(polygons));
             }
             return;
         }
@@ -270,8 +265,15 @@ impl Thinner for Tests<'_> {
         self.counts.planes += u64::from(planes);
     }
 
-    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
-        self.hidden_of(&[*bounds]) != 0
+    /// Thinning passes no polygons.
+    fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
+
+    fn least_polygons(&self) -> usize {
+        self.config.least_polygons
+    }
+
+    fn tests_polygons(&self) -> bool {
+        self.config.polygon_test != PolygonTest::Never
     }
 
     fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
@@ -323,10 +325,7 @@ impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
 #[doc(hidden)]
 impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
-        match node.polygons < self.tests.config.least_polygons {
-            true => Visit::Take,
-            false => self.tests.node(node.bounds, node.polygons),
-        }
+        self.tests.node(node)
     }
 
     fn tests_together(&self) -> bool {
@@ -334,15 +333,7 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
     }
 
     fn leaves(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
-        let least = self.tests.config.least_polygons;
-        if polygons.iter().all(|&polygons| usize::from(polygons) >= least) {
-            self.tests.nodes(bounds, polygons, answers);
-            return;
-        }
-        for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
-            let polygons = usize::from(polygons);
-            *answer = if polygons < least { Visit::Take } else { self.tests.node(bounds, polygons) };
-        }
+        self.tests.leaves(bounds, polygons, answers);
     }
 
     fn polygons(&mut self, ids: &[PolygonId], decision: Visit) {

@@ -318,7 +318,7 @@ impl PreviousFrameOccluders {
                 let mut boxes = Tests::new(&self.buffer, by_box);
                 let hidden = boxes.hidden_in_block(geometry, block, left & !whole);
                 let left = left & !hidden;
-                counts.tests += boxes.counts().polygon_tests + u64::from(left.count_ones());
+                counts.tests += boxes.counts.polygon_tests + u64::from(left.count_ones());
                 let hidden =
                     hidden | self.buffer.hidden_of_block(&self.surfaces, geometry, block, [left, whole]);
                 drawn.remove_block(block, hidden);

@@ -169,10 +169,10 @@ pub fn remove_hidden(
         drawn.clear();
         let mut visitor = OcclusionVisitor::new(culler, geometry, config, drawn);
         index.traverse(frustum, &mut visitor);
-        tests.set_counts(visitor.counts());
+        tests.counts = visitor.counts();
     }
     if let Some(spaces) = spaces {
         tests.cull_spaces(geometry, spaces, drawn);
     }
-    tests.counts()
+    tests.counts
 }

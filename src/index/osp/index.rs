@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     index::{
-        IndexConfig, IndexError, SpatialIndex, Thinner, Upkeep, Visitor, WorkCounts,
+        IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
         admission::admit,
         probe::{Nearest, nearest_by},
         simd::Backend,
@@ -263,11 +263,11 @@ impl SpatialIndex for Osp {
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
-        self.visit(frustum, visitor)
+        self.walk(frustum, visitor, None)
     }
 
-    fn thin_out(&self, frustum: &Frustum, visible: &mut VisibleBlocks, thinner: &mut dyn Thinner) -> bool {
-        self.thin(frustum, visible, thinner);
+    fn thin_out(&self, frustum: &Frustum, visible: &mut VisibleBlocks, visitor: &mut dyn Visitor) -> bool {
+        self.walk(frustum, visitor, Some(visible));
         true
     }
 

@@ -37,7 +37,7 @@
 //! * Commit: `residence.rs`, which files blocks (`runs.rs`, `insert.rs`, `grid.rs`) and takes polygons out (`remove.rs`);
 //!   then `remove.rs` (upkeep), `divide.rs`, `order.rs`.
 //! * Query: `plan.rs` chooses the method, `in_order.rs` walks the store, `query.rs` the tree, `two_eyes.rs` the tree for
-//!   two eyes, `answer.rs` writes the result; `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
+//!   two eyes, `answer.rs` writes the result; `ray.rs`; `visit.rs`, which also removes hidden polygons from a result.
 //! * Creation: `warm.rs` loads the code of later frames.
 //! * Storage of the tree: `layout.rs`, `pool.rs`, `pages.rs`, `pair_sets.rs`. `tuning.rs` has the constants, `validate.rs`
 //!   checks all invariants.
@@ -70,7 +70,6 @@ mod residence;
 mod runs;
 mod shelf;
 mod store;
-mod thin;
 mod tuning;
 mod two_eyes;
 mod unfiled;

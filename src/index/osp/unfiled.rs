@@ -21,9 +21,9 @@ impl<'a> Group<'a> {
         Self { store, shelf: store.shelf_at(entry), entry, group }
     }
 
-    /// The blocks with polygons that are not in the tree: number, these polygons, and the boxes.
-    pub(super) fn blocks(self) -> impl Iterator<Item = (u32, u16, &'a Boxes<16>)> + Clone {
-        lanes_of(self.around().unfiled).map(move |lane| self.block(lane))
+    /// Some of the blocks with polygons that are not in the tree: number, these polygons, and the boxes.
+    pub(super) fn blocks(self, these: u16) -> impl Iterator<Item = (u32, u16, &'a Boxes<16>)> + Clone {
+        lanes_of(these).map(move |lane| self.block(lane))
     }
 
     /// One of these blocks.

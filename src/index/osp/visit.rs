@@ -1,19 +1,89 @@
-//! The walk that passes nodes, leaves, pages and runs to a visitor.
+//! The walk that a visitor guides through nodes, leaves, pages and runs. A traversal passes the polygons that the frustum
+//! sees to the visitor. Thinning removes the polygons that the visitor skips from the result of a query. It descends
+//! only into nodes that lie in the frustum and are partly hidden, and reads nothing below nodes that are not hidden.
 
-use super::{index::Osp, layout::Target, pool::NONE, unfiled::Group};
+use super::{
+    index::Osp,
+    layout::{Bucket, Target},
+    pool::NONE,
+    shelf::lanes_of,
+    unfiled::Group,
+};
 use crate::{
-    index::{Node, Visit, Visitor, WorkCounts},
+    index::{
+        Node, Visit, Visitor, WorkCounts,
+        simd::{Boxes, Halves, Kernel, PlaneSet, Sides, WithKernel},
+    },
     math::{Aabb, Containment, Frustum, PlaneMask},
-    polygon::PolygonId,
+    polygon::{PolygonId, VisibleBlocks},
 };
 
-/// Greatest number of runs that are passed to the visitor together.
-const TOGETHER: usize = 16;
+/// Greatest number of polygons of a run, and of runs of a page.
+const RUN: usize = 16;
+
+impl Osp {
+    /// Passes polygons to the visitor, or removes those that it skips from `visible`.
+    pub(super) fn walk(
+        &self,
+        frustum: &Frustum,
+        visitor: &mut dyn Visitor,
+        visible: Option<&mut VisibleBlocks>,
+    ) -> WorkCounts {
+        let least = if visible.is_some() { visitor.least_polygons().max(1) } else { 1 };
+        // The result of a query tells which runs, blocks and polygons the planes let through.
+        let (lists, planes) = if visible.is_some() { (Visit::Skip, 0) } else { (Visit::Take, PlaneSet::ALL) };
+        let (set, work) = (PlaneSet::new(frustum), WorkCounts::default());
+        let mut walk = Walk { osp: self, frustum, set, visitor, visible, least, lists, planes, work };
+        for group in self.store.unfiled_groups() {
+            walk.group(group);
+        }
+        let (bounds, polygons) = (self.node_box(self.top), self.store.filed());
+        let part = Part { bounds, depth: 0, polygons, is_leaf: false };
+        if let Some(below) = walk.decide_one(Below { planes: PlaneSet::ALL, is_whole: false }, part) {
+            walk.node(self.top, polygons, 1, below);
+        }
+        walk.work
+    }
+}
+
+/// Boxes of children, of pages or runs, or of polygons.
+enum Many<'a> {
+    Children(&'a Boxes<8>),
+    Entries(&'a Halves),
+    Polygons(&'a Boxes<16>),
+}
+
+/// A test of boxes against some of the planes.
+struct Test<'a>(&'a PlaneSet, u8, Many<'a>);
+
+impl WithKernel for Test<'_> {
+    type Output = Sides;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> Sides {
+        match self.2 {
+            Many::Children(boxes) => self.0.sides8(kernel, self.1, boxes),
+            Many::Entries(boxes) => self.0.sides16(kernel, self.1, boxes),
+            Many::Polygons(boxes) => self.0.sides_rows(kernel, self.1, boxes),
+        }
+    }
+}
 
 struct Walk<'a> {
     osp: &'a Osp,
     frustum: &'a Frustum,
+    /// The planes of the frustum.
+    set: PlaneSet,
     visitor: &'a mut dyn Visitor,
+    /// The result of a query that is thinned; `None` if polygons are passed to the visitor.
+    visible: Option<&'a mut VisibleBlocks>,
+    /// Smaller nodes are not tested, and nothing of them is listed.
+    least: usize,
+    /// The decision about a node after which all its polygons are listed: passed or removed. After [`Visit::Descend`],
+    /// those of the leaves are listed.
+    lists: Visit,
+    /// The planes for runs, for blocks, and for all that is listed as a whole.
+    planes: u8,
     work: WorkCounts,
 }
 
@@ -25,197 +95,237 @@ struct Part {
     is_leaf: bool,
 }
 
-impl Osp {
-    pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
-        let mut walk = Walk { osp: self, frustum, visitor, work: WorkCounts::default() };
-        for group in self.store.unfiled_groups() {
-            walk.group(group);
-        }
-        let (bounds, polygons) = (self.node_box(self.top), self.store.filed());
-        let part = Part { bounds, depth: 0, polygons, is_leaf: false };
-        walk.node(self.top, &part, PlaneMask::ALL, Visit::Descend);
-        walk.work
-    }
+/// What is known about all that lies below a part.
+#[derive(Clone, Copy)]
+struct Below {
+    /// The planes that are left to test.
+    planes: u8,
+    /// Whether all polygons that the planes let through are listed, without further decisions.
+    is_whole: bool,
 }
 
 impl Walk<'_> {
-    /// Tests a part of the index against the frustum and passes it to the visitor. Returns the planes left to test and
-    /// the visitor's decision; `None` if the part is outside the frustum or skipped.
-    fn decide(&mut self, part: &Part, mask: PlaneMask, decision: Visit) -> Option<(PlaneMask, Visit)> {
-        if part.polygons == 0 || part.bounds.is_empty() {
-            // A node that has become empty may still be queued for upkeep.
-            return None;
+    /// Tests boxes against planes. Returns the lanes of `used` that the planes let through, too.
+    fn sides(&mut self, planes: u8, used: u32, boxes: Many<'_>) -> (Sides, u16) {
+        if planes == 0 {
+            return (Sides::NONE, used as u16);
         }
+        self.work.boxes += u64::from(used.count_ones());
+        self.work.planes += u64::from(used.count_ones() * planes.count_ones());
+        let sides = self.osp.backend.run(Test(&self.set, planes, boxes));
+        (sides, (used & !sides.behind) as u16)
+    }
+
+    /// Tests a part against the planes, and decides about it.
+    fn decide_one(&mut self, below: Below, part: Part) -> Option<Below> {
+        let mask = PlaneMask::from_bits(below.planes);
+        let (containment, mask, planes) = self.frustum.classify_masked(&part.bounds, mask);
         self.work.nodes += 1;
         self.work.boxes += 1;
-        let (containment, mask, planes) = self.frustum.classify_masked(&part.bounds, mask);
         self.work.planes += u64::from(planes);
         if containment == Containment::Outside {
             return None;
         }
-        if decision == Visit::Take {
-            return Some((mask, Visit::Take));
+        self.decide(Below { planes: mask.bits(), ..below }, || part)
+    }
+
+    /// Lets the visitor decide about a part that the planes let through, unless the decision about a part above holds.
+    #[inline]
+    fn decide(&mut self, below: Below, part: impl FnOnce() -> Part) -> Option<Below> {
+        if below.is_whole {
+            return Some(below);
         }
-        let Part { bounds, depth, polygons, is_leaf } = part;
-        let node = Node { bounds, depth: *depth, containment, polygons: *polygons, is_leaf: *is_leaf };
-        match self.visitor.node(&node) {
-            Visit::Skip => None,
-            answer => Some((mask, answer)),
+        let Part { bounds, depth, polygons, is_leaf } = part();
+        // A node that has become empty may still be queued for upkeep.
+        if polygons < self.least || bounds.is_empty() {
+            return None;
         }
+        let containment = if below.planes == 0 { Containment::Inside } else { Containment::Intersects };
+        let node = Node { bounds: &bounds, depth, containment, polygons, is_leaf };
+        let decision = self.visitor.node(&node);
+        self.after(decision, below)
+    }
+
+    /// What a decision leaves to do; `None` if nothing below is listed.
+    fn after(&self, decision: Visit, below: Below) -> Option<Below> {
+        match decision {
+            Visit::Descend => Some(below),
+            _ => (decision == self.lists)
+                .then_some(Below { planes: below.planes & self.planes, is_whole: true }),
+        }
+    }
+
+    /// Whether polygons of a block may have to be listed.
+    fn may_list(&self, (block, lanes): (u32, u16)) -> bool {
+        lanes & self.visible.as_ref().map_or(lanes, |visible| visible.mask(block as usize)) != 0
     }
 
     /// Visits a group of blocks that are not in the tree: a node of depth 0, with the blocks as its leaves.
     fn group(&mut self, group: Group<'_>) {
-        let polygons = group.blocks().map(|(_, lanes, _)| lanes.count_ones() as usize).sum();
-        let stale = || group.blocks().map(|(_, lanes, boxes)| boxes.around(lanes.into()));
-        let around = || stale().fold(Aabb::EMPTY, |all, of_block| all.union(&of_block));
-        let bounds = group.bounds().unwrap_or_else(around);
-        let part = Part { bounds, depth: 0, polygons, is_leaf: false };
-        let Some((mask, answer)) = self.decide(&part, PlaneMask::ALL, Visit::Descend) else { return };
-        for (block, lanes, boxes) in group.blocks() {
-            let (bounds, polygons) = (boxes.around(lanes.into()), lanes.count_ones() as usize);
-            let part = Part { bounds, depth: 1, polygons, is_leaf: true };
-            if let Some((mask, answer)) = self.decide(&part, mask, answer) {
-                self.polygons(block, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
+        let (mut rest, top) = (group.around().unfiled, Below { planes: self.planes, is_whole: false });
+        let Some(below) = self.blocks(group, rest, 0, top) else { return };
+        // Neighbouring blocks share a test, so that it covers `least` polygons.
+        let together = self.least.div_ceil(RUN).min(RUN).next_power_of_two();
+        while rest != 0 {
+            let mut these = rest;
+            (0..together).for_each(|_| rest &= rest.wrapping_sub(1));
+            these &= !rest;
+            match self.blocks(group, these, 1, below) {
+                Some(below) if below.is_whole || together == 1 => {
+                    group.blocks(these).for_each(|(block, lanes, boxes)| {
+                        self.block((block, lanes), boxes, below);
+                    });
+                }
+                _ => {}
             }
         }
     }
 
-    fn node(&mut self, number: u32, part: &Part, mask: PlaneMask, decision: Visit) {
-        let Some((mask, answer)) = self.decide(part, mask, decision) else { return };
-        let node = &self.osp.nodes[number];
-        let depth = part.depth + 1;
-        for (slot, link) in node.children.iter().enumerate() {
-            let bounds = node.boxes.get(slot);
-            match link.target() {
+    /// Decides about all blocks of a group (depth 0) or about some of them together (depth 1).
+    fn blocks(&mut self, group: Group<'_>, these: u16, depth: u32, below: Below) -> Option<Below> {
+        let blocks = group.blocks(these);
+        if !blocks.clone().any(|(block, lanes, _)| self.may_list((block, lanes))) {
+            return None;
+        }
+        if below.is_whole && below.planes == 0 {
+            return Some(below);
+        }
+        let polygons = blocks.clone().map(|(_, lanes, _)| lanes.count_ones() as usize).sum();
+        let around =
+            || blocks.fold(Aabb::EMPTY, |all, (_, lanes, boxes)| all.union(&boxes.around(lanes.into())));
+        let bounds = group.bounds().filter(|_| depth == 0).unwrap_or_else(around);
+        self.decide_one(below, Part { bounds, depth, polygons, is_leaf: depth == 1 })
+    }
+
+    fn node(&mut self, number: u32, polygons: usize, depth: u32, below: Below) {
+        let osp = self.osp;
+        let node = &osp.nodes[number];
+        let (sides, seen) = self.sides(below.planes, node.used(), Many::Children(&node.boxes));
+        self.work.nodes += u64::from(seen.count_ones());
+        for slot in lanes_of(seen) {
+            let below = Below { planes: sides.planes_at(below.planes, slot), ..below };
+            let target = node.children[slot].target();
+            let polygons = match target {
+                Target::Leaf(head) => osp.buckets[head].polygons as usize,
+                _ => polygons,
+            };
+            let part = || Part { bounds: node.boxes.get(slot), depth, polygons, is_leaf: false };
+            let Some(below) = self.decide(below, part) else { continue };
+            match target {
                 Target::Nothing => {}
-                Target::Leaf(head) => {
-                    let polygons = self.osp.buckets[head].polygons as usize;
-                    let part = Part { bounds, depth, polygons, is_leaf: false };
-                    if let Some((mask, answer)) = self.decide(&part, mask, answer) {
-                        self.chain(head, depth + 1, mask, answer);
-                    }
-                }
-                Target::Node(below) => {
-                    let polygons = part.polygons;
-                    self.node(below, &Part { bounds, depth, polygons, is_leaf: false }, mask, answer);
-                }
+                Target::Leaf(head) => self.chain(head, depth + 1, below),
+                Target::Node(child) => self.node(child, polygons, depth + 1, below),
             }
         }
-        self.chain(node.own, depth, mask, answer);
+        self.chain(node.own, depth, below);
     }
 
-    fn chain(&mut self, head: u32, depth: u32, mask: PlaneMask, decision: Visit) {
+    fn chain(&mut self, head: u32, depth: u32, below: Below) {
+        let osp = self.osp;
         let mut at = head;
         while at != NONE {
-            let bucket = &self.osp.buckets[at];
-            for i in 0..bucket.page_count as usize {
-                let number = bucket.pages[i];
-                let page = &self.osp.pages[number];
-                let polygons =
-                    page.masks[..usize::from(page.runs)].iter().map(|m| m.count_ones() as usize).sum();
-                let part = Part { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false };
-                self.page(number, &part, mask, decision);
+            let bucket = &osp.buckets[at];
+            let (sides, seen) = self.sides(below.planes, bucket.used(), Many::Entries(&bucket.boxes));
+            self.work.nodes += u64::from(seen.count_ones());
+            for i in lanes_of(seen) {
+                let planes = sides.planes_at(below.planes, i);
+                self.page((bucket, i), depth, Below { planes, ..below });
             }
             at = bucket.next;
         }
     }
 
-    fn page(&mut self, number: u32, part: &Part, mask: PlaneMask, decision: Visit) {
-        let Some((mask, answer)) = self.decide(part, mask, decision) else { return };
-        if answer == Visit::Descend && self.visitor.tests_together() {
-            self.runs_together(number, mask);
+    /// Visits a page of a bucket and what lies in it. The planes let the page through.
+    fn page(&mut self, (bucket, i): (&Bucket, usize), depth: u32, below: Below) {
+        // A page that is too small is not read.
+        if !below.is_whole && usize::from(bucket.counts[i]) * RUN < self.least {
             return;
         }
-        for i in 0..usize::from(self.osp.pages[number].runs) {
-            let (run, bounds) = self.osp.pages.run(number, i);
-            let lanes = u32::from(run.lanes());
-            let first = run.first & !15;
-            let polygons = lanes.count_ones() as usize;
-            let part = Part { bounds, depth: part.depth + 1, polygons, is_leaf: true };
-            let Some((mask, answer)) = self.decide(&part, mask, answer) else { continue };
-            if run.is_exact() {
-                self.polygons(first / 16, lanes, PlaneMask::NONE, answer, |_| bounds);
-            } else {
-                let boxes = self.osp.store.boxes(run.store);
-                self.polygons(first / 16, lanes, mask, answer, |lane| boxes.get(lane));
-            }
+        let (osp, number) = (self.osp, bucket.pages[i]);
+        let page = &osp.pages[number];
+        let runs = usize::from(page.runs);
+        let ids = |run: usize| (page.first[run] / 16, page.masks[run] << (page.first[run] % 16));
+        let part = || {
+            let polygons = page.masks[..runs].iter().map(|mask| mask.count_ones() as usize).sum();
+            Part { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false }
+        };
+        let Some(below) = self.decide(below, part) else { return };
+        if below.is_whole && below.planes == 0 {
+            (0..runs).for_each(|run| self.list(ids(run), below, |_| Aabb::EMPTY));
+            return;
         }
-    }
-
-    /// Passes the runs of a page that the frustum may see to the visitor, up to [`TOGETHER`] at once.
-    fn runs_together(&mut self, number: u32, mask: PlaneMask) {
-        let osp = self.osp;
-        let runs = usize::from(osp.pages[number].runs);
-        for start in (0..runs).step_by(TOGETHER) {
-            let (mut boxes, mut polygons) = ([Aabb::EMPTY; TOGETHER], [0_u8; TOGETHER]);
-            let (mut seen, mut count) = ([(0, mask); TOGETHER], 0);
-            for i in start..runs.min(start + TOGETHER) {
-                let (run, bounds) = osp.pages.run(number, i);
-                let lanes = run.lanes();
-                if lanes == 0 || bounds.is_empty() {
-                    continue;
-                }
-                self.work.nodes += 1;
-                self.work.boxes += 1;
-                let (containment, mask, planes) = self.frustum.classify_masked(&bounds, mask);
-                self.work.planes += u64::from(planes);
-                if containment != Containment::Outside {
-                    (boxes[count], polygons[count]) = (bounds, lanes.count_ones() as u8);
-                    (seen[count], count) = ((i, mask), count + 1);
-                }
-            }
-            let mut answers = [Visit::Take; TOGETHER];
-            self.visitor.leaves(&boxes[..count], &polygons[..count], &mut answers[..count]);
-            for (&(i, mask), &answer) in seen[..count].iter().zip(&answers) {
-                if answer == Visit::Skip {
-                    continue;
-                }
-                let (run, bounds) = osp.pages.run(number, i);
-                let (lanes, first) = (u32::from(run.lanes()), run.first & !15);
-                if run.is_exact() {
-                    // The run's box, which the visitor got, is the polygon's box.
-                    self.polygons(first / 16, lanes, PlaneMask::NONE, Visit::Take, |_| bounds);
-                } else {
-                    let boxes = osp.store.boxes(run.store);
-                    self.polygons(first / 16, lanes, mask, answer, |lane| boxes.get(lane));
-                }
-            }
+        if self.least > RUN {
+            return;
         }
-    }
-
-    /// Passes to the visitor those polygons of a run that no remaining plane excludes.
-    fn polygons(
-        &mut self,
-        block: u32,
-        lanes: u32,
-        mask: PlaneMask,
-        decision: Visit,
-        bounds: impl Fn(usize) -> Aabb,
-    ) {
-        let mut ids = [PolygonId(0); 16];
-        let mut count = 0;
-        let mut left = lanes;
-        while left != 0 {
-            let lane = left.trailing_zeros();
-            left &= left - 1;
-            let seen = mask.is_empty() || {
-                let (containment, _, planes) = self.frustum.classify_masked(&bounds(lane as usize), mask);
-                self.work.boxes += 1;
-                self.work.planes += u64::from(planes);
-                containment != Containment::Outside
-            };
-            if seen {
-                ids[count] = PolygonId(block * 16 + lane);
+        let planes = below.planes & self.planes;
+        let boxes = osp.pages.boxes(number);
+        let (sides, mut seen) = self.sides(planes, page.used(), Many::Entries(boxes));
+        self.work.nodes += u64::from(seen.count_ones());
+        for run in lanes_of(seen) {
+            let is_small = (page.masks[run].count_ones() as usize) < self.least;
+            seen &= !(u16::from(is_small || !self.may_list(ids(run))) << run);
+        }
+        let is_together = !below.is_whole && seen != 0 && self.visitor.tests_together();
+        let mut answers = [Visit::Descend; RUN];
+        if is_together {
+            let (mut bounds, mut polygons, mut count) = ([Aabb::EMPTY; RUN], [0; RUN], 0);
+            for run in lanes_of(seen) {
+                (bounds[count], polygons[count]) = (boxes.get(run), page.masks[run].count_ones() as u8);
                 count += 1;
             }
+            self.visitor.leaves(&bounds[..count], &polygons[..count], &mut answers[..count]);
         }
-        if mask.is_empty() {
-            self.work.taken_whole += count as u64;
+        for (lane, answer) in lanes_of(seen).zip(answers) {
+            let (run, bounds) = osp.pages.run(number, lane);
+            let below = Below { planes: sides.planes_at(planes, lane), ..below };
+            let polygons = run.mask.count_ones() as usize;
+            let part = || Part { bounds, depth: depth + 1, polygons, is_leaf: true };
+            let decided = if is_together { self.after(answer, below) } else { self.decide(below, part) };
+            let Some(below) = decided else { continue };
+            if run.is_exact() {
+                // The planes and the visitor have got the polygon's box, which is the run's box.
+                let is_whole = below.is_whole || is_together && self.visible.is_none();
+                self.list(ids(lane), Below { planes: 0, is_whole }, |_| bounds);
+            } else {
+                self.block(ids(lane), osp.store.boxes(run.store), below);
+            }
         }
-        self.work.reported += count as u64;
-        if count > 0 {
-            self.visitor.polygons(&ids[..count], decision);
+    }
+
+    /// Lists those polygons of a leaf that no remaining plane excludes.
+    fn block(&mut self, (block, lanes): (u32, u16), boxes: &Boxes<16>, below: Below) {
+        let (_, seen) = self.sides(below.planes, lanes.into(), Many::Polygons(boxes));
+        self.list((block, seen), below, |lane| boxes.get(lane));
+    }
+
+    /// Passes polygons of a block to the visitor, or removes them, or those of a leaf that are hidden.
+    fn list(&mut self, (block, lanes): (u32, u16), below: Below, boxes: impl Fn(usize) -> Aabb) {
+        let Some(visible) = &mut self.visible else {
+            let (mut ids, mut count) = ([PolygonId(0); RUN], 0);
+            for lane in lanes_of(lanes) {
+                (ids[count], count) = (PolygonId(block * 16 + lane as u32), count + 1);
+            }
+            self.work.reported += count as u64;
+            self.work.taken_whole += if below.planes == 0 { count as u64 } else { 0 };
+            if count > 0 {
+                let decision = if below.is_whole { Visit::Take } else { Visit::Descend };
+                self.visitor.polygons(&ids[..count], decision);
+            }
+            return;
+        };
+        let mut hidden = lanes;
+        if !below.is_whole {
+            if !self.visitor.tests_polygons() {
+                return;
+            }
+            let seen = lanes_of(lanes & visible.mask(block as usize));
+            let (mut tested, mut count) = ([Aabb::EMPTY; RUN], 0);
+            for lane in seen.clone() {
+                (tested[count], count) = (boxes(lane), count + 1);
+            }
+            let found = self.visitor.hidden_of(&tested[..count]);
+            hidden = seen.enumerate().fold(0, |all, (i, lane)| all | (found >> i & 1) << lane);
         }
+        visible.remove_block(block as usize, hidden);
     }
 }

@@ -3,7 +3,7 @@
 use super::{Both, assert_same, backends, config, cull};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, IndexError, Osp, SpatialIndex, Thinner, Visit},
+    index::{BruteForce, IndexError, Node, Osp, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum, Plane, Ray, Sphere},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -18,21 +18,19 @@ impl HalfHidden {
     }
 }
 
-impl Thinner for HalfHidden {
-    fn least_polygons(&self) -> usize {
-        1
+impl Visitor for HalfHidden {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        if Self::hides(node.bounds) { Visit::Skip } else { Visit::Descend }
     }
+
+    fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
 
     fn tests_polygons(&self) -> bool {
         true
     }
 
-    fn node(&mut self, bounds: &Aabb, _polygons: usize) -> Visit {
-        if Self::hides(bounds) { Visit::Skip } else { Visit::Descend }
-    }
-
-    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
-        Self::hides(bounds)
+    fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
+        boxes.iter().enumerate().fold(0, |hidden, (i, bounds)| hidden | u16::from(Self::hides(bounds)) << i)
     }
 }
 
