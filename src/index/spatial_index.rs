@@ -131,9 +131,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     }
 
     /// Removes the polygons that `visitor` skips from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for
-    /// this frustum. A [`SpatialIndex::traverse`] with the same decisions omits the same polygons. The method passes no
-    /// polygons, and does not read those of nodes that are taken. The leaves' `containment` is unspecified. It returns
-    /// `false`, and changes nothing, if the index cannot do this.
+    /// this frustum. It never calls [`Visitor::polygons`], and does not read the polygons of nodes that are taken. It
+    /// returns `false`, and changes nothing, if the index cannot do this.
     #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _visitor: &mut dyn Visitor) -> bool {
         false

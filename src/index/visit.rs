@@ -10,7 +10,8 @@ pub struct Node<'a> {
     pub bounds: &'a Aabb,
     /// Level of the node; 0 at the top.
     pub depth: u32,
-    /// Outcome of the frustum test of the node's box, never [`Containment::Outside`].
+    /// Outcome of the frustum test of the node's box, never [`Containment::Outside`]. Unspecified in
+    /// [`super::SpatialIndex::thin_out`].
     pub containment: Containment,
     /// Number of polygons in the node and its descendants, or an upper bound of this number.
     pub polygons: usize,
@@ -21,17 +22,17 @@ pub struct Node<'a> {
 /// A visitor's decision about a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visit {
-    /// Skip the node with all its descendants.
+    /// Skip the node with all its descendants: their polygons are not reported, or are removed.
     Skip,
     /// Visit the children.
     Descend,
-    /// Report all polygons of the node and its descendants that pass the frustum test, without a visit to the
+    /// Report or keep all polygons of the node and its descendants that pass the frustum test, without a visit to the
     /// descendants.
     Take,
 }
 
-/// Selects nodes in a [`super::SpatialIndex::traverse`] and receives their polygons, or selects the nodes and polygons that
-/// [`super::SpatialIndex::thin_out`] keeps.
+/// Guides a [`super::SpatialIndex::traverse`] and receives its polygons. For [`super::SpatialIndex::thin_out`], it decides
+/// which nodes and polygons stay.
 pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
@@ -53,7 +54,7 @@ pub trait Visitor {
     /// [`Visit::Take`].
     fn polygons(&mut self, ids: &[PolygonId], decision: Visit);
 
-    /// [`super::SpatialIndex::thin_out`] takes nodes with fewer polygons without a call of [`Visitor::node`].
+    /// [`super::SpatialIndex::thin_out`] keeps nodes with fewer polygons and does not call [`Visitor::node`] for them.
     fn least_polygons(&self) -> usize {
         1
     }

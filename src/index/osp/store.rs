@@ -207,8 +207,8 @@ impl Store {
         At { shelf, block: at }
     }
 
-    /// Inserts a polygon with a valid box; `None` if it is there. Widens the boxes above. No branch depends on the boxes,
-    /// because a processor could not predict it.
+    /// Inserts a polygon with a valid box and widens the boxes above; `None` if it is there. No branch depends on a box,
+    /// because processors mispredict it.
     #[inline(always)]
     pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Option<At> {
         let (block, lane) = (id.0 / 16, id.index() % BLOCK);

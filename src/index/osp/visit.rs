@@ -1,6 +1,6 @@
 //! The walk that a visitor guides through nodes, leaves, pages and runs. A traversal passes the polygons that the frustum
-//! sees to the visitor. Thinning removes the polygons that the visitor skips from the result of a query. It descends
-//! only into nodes that lie in the frustum and are partly hidden, and reads nothing below nodes that are not hidden.
+//! sees to the visitor. Thinning removes skipped polygons from a query's result. It tests only nodes in the frustum
+//! whose parents are partly hidden. It reads nothing below nodes that are taken.
 
 use super::{
     index::Osp,
@@ -22,7 +22,8 @@ use crate::{
 const RUN: usize = 16;
 
 impl Osp {
-    /// Passes polygons to the visitor, or removes those that it skips from `visible`.
+    /// Passes the seen polygons to the visitor. With `visible`, removes the polygons that the visitor skips from it
+    /// instead.
     pub(super) fn walk(
         &self,
         frustum: &Frustum,
@@ -77,12 +78,12 @@ struct Walk<'a> {
     visitor: &'a mut dyn Visitor,
     /// The result of a query that is thinned; `None` if polygons are passed to the visitor.
     visible: Option<&'a mut VisibleBlocks>,
-    /// Smaller nodes are not tested, and nothing of them is listed.
+    /// Nodes with fewer polygons are not tested, and their polygons are not listed, unless a node above is listed whole.
     least: usize,
-    /// The decision about a node after which all its polygons are listed: passed or removed. After [`Visit::Descend`],
-    /// those of the leaves are listed.
+    /// The decision that lists all polygons of a node: [`Visit::Take`] in a traversal, [`Visit::Skip`] in thinning. To
+    /// list means to pass or to remove.
     lists: Visit,
-    /// The planes for runs, for blocks, and for all that is listed as a whole.
+    /// The planes that are tested for groups, runs, blocks and polygons: all in a traversal, none in thinning.
     planes: u8,
     work: WorkCounts,
 }
@@ -100,7 +101,7 @@ struct Part {
 struct Below {
     /// The planes that are left to test.
     planes: u8,
-    /// Whether all polygons that the planes let through are listed, without further decisions.
+    /// The visitor has decided: all polygons below that pass `planes` are listed.
     is_whole: bool,
 }
 
@@ -118,18 +119,21 @@ impl Walk<'_> {
 
     /// Tests a part against the planes, and decides about it.
     fn decide_one(&mut self, below: Below, part: Part) -> Option<Below> {
+        if part.bounds.is_empty() {
+            return None;
+        }
         let mask = PlaneMask::from_bits(below.planes);
         let (containment, mask, planes) = self.frustum.classify_masked(&part.bounds, mask);
-        self.work.nodes += 1;
-        self.work.boxes += 1;
+        self.work.boxes += u64::from(below.planes != 0);
         self.work.planes += u64::from(planes);
         if containment == Containment::Outside {
             return None;
         }
+        self.work.nodes += 1;
         self.decide(Below { planes: mask.bits(), ..below }, || part)
     }
 
-    /// Lets the visitor decide about a part that the planes let through, unless the decision about a part above holds.
+    /// Asks the visitor about a part that no plane excludes. Does not ask if a part above is listed whole.
     #[inline]
     fn decide(&mut self, below: Below, part: impl FnOnce() -> Part) -> Option<Below> {
         if below.is_whole {
@@ -146,7 +150,7 @@ impl Walk<'_> {
         self.after(decision, below)
     }
 
-    /// What a decision leaves to do; `None` if nothing below is listed.
+    /// What remains to do below a part after a decision; `None`: nothing.
     fn after(&self, decision: Visit, below: Below) -> Option<Below> {
         match decision {
             Visit::Descend => Some(below),
@@ -155,7 +159,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether polygons of a block may have to be listed.
+    /// Whether a polygon of these is still in `visible`; in a traversal, whether there is one.
     fn may_list(&self, (block, lanes): (u32, u16)) -> bool {
         lanes & self.visible.as_ref().map_or(lanes, |visible| visible.mask(block as usize)) != 0
     }
@@ -181,7 +185,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Decides about all blocks of a group (depth 0) or about some of them together (depth 1).
+    /// Decides about blocks of a group: all of them (depth 0), or neighbours that share a test (depth 1).
     fn blocks(&mut self, group: Group<'_>, these: u16, depth: u32, below: Below) -> Option<Below> {
         let blocks = group.blocks(these);
         if !blocks.clone().any(|(block, lanes, _)| self.may_list((block, lanes))) {
@@ -298,7 +302,8 @@ impl Walk<'_> {
         self.list((block, seen), below, |lane| boxes.get(lane));
     }
 
-    /// Passes polygons of a block to the visitor, or removes them, or those of a leaf that are hidden.
+    /// Passes these polygons to the visitor. In thinning, removes them: all if `is_whole`, otherwise those that
+    /// [`Visitor::hidden_of`] finds.
     fn list(&mut self, (block, lanes): (u32, u16), below: Below, boxes: impl Fn(usize) -> Aabb) {
         let Some(visible) = &mut self.visible else {
             let (mut ids, mut count) = ([PolygonId(0); RUN], 0);

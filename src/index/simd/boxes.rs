@@ -51,7 +51,7 @@ impl<const N: usize> Boxes<N> {
         true
     }
 
-    /// Does the same as [`Boxes::widen`] without a branch.
+    /// Widens the box of a lane so that it contains `bounds`, without a branch.
     #[inline(always)]
     pub(crate) fn grow(&mut self, lane: usize, bounds: &Aabb) {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());

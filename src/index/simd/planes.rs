@@ -171,7 +171,8 @@ pub struct Sides {
     pub behind: u32,
     /// Boxes that do not lie wholly on the inner side of every plane.
     pub(crate) cut: u32,
-    /// For each requested plane, the boxes that do not lie wholly on its inner side. Eight entries fill a SIMD register.
+    /// For each requested plane, the boxes that do not lie wholly on its inner side. Entries 6 and 7 are 0; they fill a SIMD
+    /// register.
     cut_by: [u32; 8],
 }
 
