@@ -21,7 +21,7 @@ use crate::{
         simd::Backend,
     },
     math::{Aabb, Frustum, Ray},
-    polygon::{PolygonId, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
 /// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: a loose octree
@@ -92,11 +92,12 @@ impl Osp {
     /// An empty index, without [`Osp::warm_up`].
     pub(super) fn empty(config: &IndexConfig, backend: Backend) -> Self {
         // This is room for a drawn session of `capacity` polygons, and the additional room of `make_room`.
-        let polygons = config.room() + AHEAD;
+        let (ahead, nodes_ahead) = ahead_of(config.room());
+        let polygons = config.room() + ahead;
         let runs = polygons / 8;
         // Reserves memory for the case that each polygon has its own run, because each has moved alone.
         let most_runs = config.room().min(MOST_SCATTERED);
-        let most_blocks = most_runs / POLYGONS_A_BLOCK + AHEAD / 16;
+        let most_blocks = most_runs / POLYGONS_A_BLOCK + ahead / 16;
         let mut osp = Self {
             backend,
             store: Store::with_room_for(polygons, most_blocks),
@@ -105,17 +106,17 @@ impl Osp {
             grid: Grid::new(&config.root),
             flat: vec![0; grid::flat_entries(tuning::flat_levels(config.capacity))],
             flat_levels: tuning::flat_levels(config.capacity),
-            nodes: Pool::with_room_for(runs / 64 + NODES_AHEAD).and_room_for(most_runs / 128 + NODES_AHEAD),
-            buckets: Pool::with_room_for(runs / 32 + NODES_AHEAD).and_room_for(most_runs / 48 + NODES_AHEAD),
-            pages: Pages::with_room_for(runs / 6 + AHEAD / 16, most_runs / RUNS_A_PAGE + AHEAD / 16),
+            nodes: Pool::with_room_for(runs / 64 + nodes_ahead).and_room_for(most_runs / 128 + nodes_ahead),
+            buckets: Pool::with_room_for(runs / 32 + nodes_ahead).and_room_for(most_runs / 48 + nodes_ahead),
+            pages: Pages::with_room_for((runs + ahead) / RUNS_A_PAGE, (most_runs + ahead) / RUNS_A_PAGE),
             top: NONE,
             is_flat: true,
             shape: 0,
             gathered: Some(Box::default()),
             taken: Vec::with_capacity(MOST_TAKEN),
             queue: NONE,
-            to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
-            to_divide: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
+            to_pack: VecDeque::with_capacity(most_runs / 48 + nodes_ahead),
+            to_divide: VecDeque::with_capacity(most_runs / 48 + nodes_ahead),
             new_runs: 0,
             clock: 0,
             changes: CHANGES_BETWEEN,
@@ -322,8 +323,12 @@ impl SpatialIndex for Osp {
 /// Number of blocks filed between two checks of the free room.
 const CHANGES_BETWEEN: u32 = 64;
 
-/// Number of polygons for which room is reserved in advance, so that memory is allocated between two frames.
-const AHEAD: usize = 4096;
+/// For how many polygons, and for how many nodes and buckets, a model of `polygons` polygons has room in advance. More room
+/// takes more memory; with less, a frame that inserts many polygons allocates it.
+fn ahead_of(polygons: usize) -> (usize, usize) {
+    let ahead = (polygons / 16).clamp(CHANGES_BETWEEN as usize * BLOCK, 4096);
+    (ahead, ahead / 64)
+}
 
 /// Largest number of scattered polygons to reserve memory for. Each of them is a run of its own, and pages are not full.
 const MOST_SCATTERED: usize = 1 << 20;
@@ -335,9 +340,6 @@ const RUNS_A_PAGE: usize = 10;
 /// Average number of polygons left in a block of sixteen ids after removals at random places, if new polygons get new
 /// ids.
 const POLYGONS_A_BLOCK: usize = 8;
-
-/// Number of nodes, and of buckets, for which room is reserved in advance.
-const NODES_AHEAD: usize = 64;
 
 impl Osp {
     /// Empties the tree. All preallocated cells below the root cube must be empty already.
@@ -354,10 +356,11 @@ impl Osp {
 
     /// Reserves memory for the next frame.
     fn make_room(&mut self) {
-        self.store.make_room(AHEAD);
-        self.pages.make_room(AHEAD / 16);
-        self.buckets.make_room(NODES_AHEAD);
-        self.nodes.make_room(NODES_AHEAD);
+        let (ahead, nodes_ahead) = ahead_of(self.store.len());
+        self.store.make_room(ahead);
+        self.pages.make_room(ahead / RUNS_A_PAGE);
+        self.buckets.make_room(nodes_ahead);
+        self.nodes.make_room(nodes_ahead);
     }
 
     /// The first bucket of a bucket's chain.

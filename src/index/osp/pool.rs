@@ -27,11 +27,11 @@ const MOST_CHUNKS: usize = 8;
 /// Largest number of chunks whose memory is committed when the pool is made: enough for a model of a million polygons.
 const TOUCHED_CHUNKS: usize = 256;
 
-/// A pool of numbered entries. It grows by whole chunks, so entries are never copied. Released entries are reused
-/// first.
+/// A pool of numbered entries. It grows by chunks, so at most the entries of the last chunk are ever copied. Released
+/// entries are reused first.
 #[derive(Clone, Debug)]
 pub(super) struct Pool<T> {
-    /// Every chunk has room for [`Pool::CHUNK`] entries from the start.
+    /// Each chunk but the last has room for [`Pool::CHUNK`] entries.
     chunks: Vec<Vec<T>>,
     /// The first of the released entries.
     free: u32,
@@ -39,7 +39,7 @@ pub(super) struct Pool<T> {
     len: u32,
     /// Number of entries in use.
     live: u32,
-    /// Number of chunks that have been written to, in use or not.
+    /// Number of entries that have been written to, in use or not.
     touched: usize,
 }
 
@@ -51,35 +51,49 @@ impl<T: Pooled> Pool<T> {
     /// commits memory at the first write, which would delay a frame.
     pub(super) fn with_room_for(entries: usize) -> Self {
         let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0, touched: 0 };
-        pool.reserve_chunks(entries.div_ceil(Self::CHUNK));
+        pool.reserve(entries);
         for chunk in pool.chunks.iter_mut().take(TOUCHED_CHUNKS) {
-            chunk.resize(Self::CHUNK, T::BLANK);
+            pool.touched += chunk.capacity();
+            chunk.resize(chunk.capacity(), T::BLANK);
             std::hint::black_box(&mut *chunk).clear();
         }
-        pool.touched = pool.chunks.len().min(TOUCHED_CHUNKS);
         pool
     }
 
     /// Extends the room to `entries` entries in total. The additional memory is not written to, because it is rarely
     /// needed.
     pub(super) fn and_room_for(mut self, entries: usize) -> Self {
-        self.reserve_chunks(entries.div_ceil(Self::CHUNK));
+        self.reserve(entries);
         self
     }
 
     /// Makes room for at least `more` further entries. A pool that has to grow grows by a further eighth, so that growth is
     /// rare. This eighth is at most [`MOST_CHUNKS`] chunks, so that growth is short.
     pub(super) fn make_room(&mut self, more: usize) {
-        let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
-        if needed > self.chunks.len() {
-            self.reserve_chunks(needed + (needed / 8).min(MOST_CHUNKS));
+        let needed = self.live as usize + more;
+        if needed > self.room() {
+            self.reserve(needed + (needed / 8).min(MOST_CHUNKS * Self::CHUNK));
         }
     }
 
-    fn reserve_chunks(&mut self, chunks: usize) {
+    /// Number of entries that the chunks have room for.
+    fn room(&self) -> usize {
+        let last = self.chunks.last().map_or(0, Vec::capacity);
+        self.chunks.len().saturating_sub(1) * Self::CHUNK + last
+    }
+
+    fn reserve(&mut self, entries: usize) {
+        let full = self.chunks.len().saturating_sub(1) * Self::CHUNK;
+        if let Some(last) = self.chunks.last_mut()
+            && entries > full + last.capacity()
+        {
+            last.reserve_exact(Self::CHUNK.min(entries - full) - last.len());
+        }
+        let chunks = entries.div_ceil(Self::CHUNK);
         self.chunks.reserve(chunks.saturating_sub(self.chunks.len()));
         while self.chunks.len() < chunks {
-            self.chunks.push(Vec::with_capacity(Self::CHUNK));
+            let left = entries - self.chunks.len() * Self::CHUNK;
+            self.chunks.push(Vec::with_capacity(left.min(Self::CHUNK)));
         }
     }
 
@@ -146,13 +160,8 @@ impl<T: Pooled> Pool<T> {
         self.live
     }
 
-    /// Number of chunks whose memory was written to.
-    fn held_chunks(&self) -> usize {
-        self.touched.max((self.len as usize).div_ceil(Self::CHUNK))
-    }
-
     pub(super) fn clear(&mut self) {
-        self.touched = self.held_chunks();
+        self.touched = self.touched.max(self.len as usize);
         for chunk in &mut self.chunks {
             chunk.clear();
         }
@@ -161,7 +170,7 @@ impl<T: Pooled> Pool<T> {
 
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
-        self.held_chunks() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
+        self.touched.max(self.len as usize) * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
     }
 }
 
