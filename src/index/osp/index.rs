@@ -176,6 +176,7 @@ impl Osp {
     #[inline(always)]
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], mut refuse: impl FnMut(IndexError)) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
+        self.store.close();
         let block = first / 16;
         let Some(at) = self.store.at_live(block) else {
             updates.iter().for_each(|(id, _)| refuse(IndexError::Unknown(*id)));
@@ -203,13 +204,17 @@ impl SpatialIndex for Osp {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
-        let at = self.store.insert(id, bounds).ok_or(IndexError::Duplicate(id))?;
-        self.wait(at, id.0 / 16);
-        self.residence.inserted += 1;
-        Ok(())
+        if !self.store.is_open(id.0 / 16) {
+            let at = self.store.open(id).ok_or(IndexError::Duplicate(id))?;
+            self.wait(at, id.0 / 16);
+        }
+        let is_new = self.store.insert(id, bounds);
+        self.residence.inserted += u32::from(is_new);
+        if is_new { Ok(()) } else { Err(IndexError::Duplicate(id)) }
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.store.close();
         let block = id.0 / 16;
         if self.store.filed_lanes(block) >> (id.0 % 16) & 1 == 1 {
             self.take_out(block, 1 << (id.0 % 16));
@@ -238,6 +243,7 @@ impl SpatialIndex for Osp {
     fn commit(&mut self) {
         self.clock = self.clock.wrapping_add(1);
         self.new_runs = 0;
+        self.store.close();
         self.settle();
         if self.queue != NONE {
             self.keep_up();

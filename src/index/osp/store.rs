@@ -36,10 +36,28 @@ pub(super) struct Store {
     unfiled_blocks: usize,
     /// Number of groups that were wide when they were measured last.
     wide_groups: usize,
+    open: Open,
+}
+
+/// The block into which polygons are being inserted. Until it is closed, the boxes above are stale. They are widened once
+/// for all its new polygons.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    /// Number of the block; [`NONE`] if no block is open.
+    block: u32,
+    at: At,
+    was_stale: bool,
+    /// The box around the new polygons.
+    bounds: Wide,
+}
+
+impl Open {
+    const NONE: Self =
+        Self { block: NONE, at: At { shelf: NONE, block: 0 }, was_stale: false, bounds: Wide::EMPTY };
 }
 
 /// A block of the store: its shelf, and its position in it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct At {
     pub(super) shelf: u32,
     pub(super) block: usize,
@@ -66,6 +84,7 @@ impl Store {
             blocks: 0,
             unfiled_blocks: 0,
             wide_groups: 0,
+            open: Open::NONE,
         }
     }
 
@@ -207,36 +226,69 @@ impl Store {
         At { shelf, block: at }
     }
 
-    /// Inserts a polygon with a valid box and widens the boxes above; `None` if it is there. No branch depends on a box,
-    /// because processors mispredict it.
+    /// Whether this block is open.
     #[inline(always)]
-    pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Option<At> {
-        let (block, lane) = (id.0 / 16, id.index() % BLOCK);
+    pub(super) fn is_open(&self, block: u32) -> bool {
+        self.open.block == block
+    }
+
+    /// Opens the block of a polygon that will be inserted now; `None` if the polygon is there.
+    pub(super) fn open(&mut self, id: PolygonId) -> Option<At> {
+        self.close();
+        let block = id.0 / 16;
         let at = match self.at_live(block) {
+            Some(at) if self.shelves[at.shelf].live[at.block] >> (id.0 % 16) & 1 == 1 => return None,
             Some(at) => at,
             None => self.make(block),
         };
         let (shelf, entry) = (&mut self.shelves[at.shelf], block as usize / BLOCKS);
+        let (group, top) = (at.block / 16, &mut self.tops[entry / 16]);
+        let bit = 1 << (at.block % 16);
+        let was_stale = shelf.groups[group].stale & bit != 0;
+        self.unfiled_blocks += usize::from(shelf.groups[group].unfiled & bit == 0);
+        let above = [(&mut shelf.groups[group], bit), (&mut shelf.top, 1 << group), (top, 1 << (entry % 16))];
+        for (around, bit) in above {
+            around.used |= bit;
+            around.unfiled |= bit;
+            around.stale |= bit;
+        }
+        self.open = Open { block, at, was_stale, bounds: Wide::EMPTY };
+        Some(at)
+    }
+
+    /// Inserts a polygon with a valid box into the open block. Returns false if it is there.
+    #[inline(always)]
+    pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> bool {
+        let (Open { at, bounds: around, .. }, lane) = (&mut self.open, id.index() % BLOCK);
+        let shelf = &mut self.shelves[at.shelf];
         let live = &mut shelf.live[at.block];
         if *live >> lane & 1 == 1 {
-            return None;
+            return false;
         }
-        let (was_unfiled, group) = (*live != shelf.filed[at.block], at.block / 16);
         *live |= 1 << lane;
         shelf.moved[at.block] |= 1 << lane;
         self.exact[shelf.boxes[at.block]].boxes.set(lane, bounds);
+        *around = around.union(Wide::from_box(bounds));
         self.len += 1;
-        let top = &mut self.tops[entry / 16];
+        true
+    }
+
+    /// Closes the open block, if there is one: widens the boxes above.
+    #[inline]
+    pub(super) fn close(&mut self) {
+        if self.open.block == NONE {
+            return;
+        }
+        let Open { block, at, was_stale, bounds } = std::mem::replace(&mut self.open, Open::NONE);
+        let (shelf, entry, bounds) = (&mut self.shelves[at.shelf], block as usize / BLOCKS, bounds.to_box());
+        let (group, top) = (at.block / 16, &mut self.tops[entry / 16]);
+        let mut is_stale = was_stale;
         let above = [(&mut shelf.groups[group], at.block % 16), (&mut shelf.top, group), (top, entry % 16)];
         for (around, lane) in above {
-            around.boxes.grow(lane, bounds);
-            if !was_unfiled {
-                around.used |= 1 << lane;
-                around.unfiled |= 1 << lane;
-            }
+            around.boxes.grow(lane, &bounds);
+            around.stale &= !(u16::from(!is_stale) << lane);
+            is_stale = around.stale != 0;
         }
-        self.unfiled_blocks += usize::from(!was_unfiled);
-        Some(at)
     }
 
     /// The position of a block, if it has polygons.
@@ -541,6 +593,7 @@ impl Store {
         self.details.clear();
         (self.len, self.filed) = (0, 0);
         (self.blocks, self.unfiled_blocks, self.wide_groups) = (0, 0, 0);
+        self.open = Open::NONE;
     }
 
     /// Memory held, bytes.
