@@ -40,13 +40,14 @@ pub(super) struct Seen {
     sides: Sides,
 }
 
-/// The first part of a walk: finds the shelves that a query may see. Stops if planes cut more than `most` groups, and
-/// returns whether they do not.
+/// The first part of a walk: finds the shelves that a query may see. Returns whether planes cut at most `most` groups. If
+/// they cut more, the walk may stop early.
 pub(super) struct FindShelves<'a> {
     pub(super) store: &'a Store,
     pub(super) planes: &'a PlaneSet,
     pub(super) of: Of,
     pub(super) most: usize,
+    pub(super) may_stop: bool,
     pub(super) seen: &'a mut Vec<Seen>,
 }
 
@@ -55,7 +56,7 @@ impl WithKernel for FindShelves<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> bool {
-        let store = self.store;
+        let (store, mut cut) = (self.store, 0);
         for (at, top) in store.tops.iter().enumerate() {
             let wanted = self.of.wanted(top);
             if wanted == 0 {
@@ -68,27 +69,26 @@ impl WithKernel for FindShelves<'_> {
                 left &= left - 1;
                 let is_stale = top.stale >> lane & 1 == 1;
                 let planes = if is_stale { PlaneSet::ALL } else { sides.planes_at(PlaneSet::ALL, lane) };
-                if !self.shelf(kernel, at * 16 + lane, planes) {
+                cut += self.shelf(kernel, at * 16 + lane, planes);
+                if self.may_stop && cut > self.most {
                     return false;
                 }
             }
         }
-        true
+        cut <= self.most
     }
 }
 
 impl FindShelves<'_> {
     #[inline(always)]
-    fn shelf<K: Kernel>(&mut self, kernel: K, entry: usize, planes: u8) -> bool {
+    fn shelf<K: Kernel>(&mut self, kernel: K, entry: usize, planes: u8) -> usize {
         let top = &self.store.shelf_at(entry).top;
         let wanted = self.of.wanted(top);
         let sides = test(kernel, self.planes, top, wanted & !top.stale, planes);
         let groups = wanted & (top.stale | !sides.behind as u16);
         let cut = groups & (top.stale | sides.cut as u16);
         self.seen.push(Seen { entry: entry as u32, planes, groups, sides });
-        let left = self.most.checked_sub(cut.count_ones() as usize);
-        self.most = left.unwrap_or(0);
-        left.is_some()
+        cut.count_ones() as usize
     }
 }
 

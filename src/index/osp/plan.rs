@@ -49,12 +49,19 @@ impl Osp {
     fn is_in_order(&self, planes: &PlaneSet, seen: &mut Vec<Seen>) -> bool {
         let (store, most) = (&self.store, self.most_in_order());
         let is_sure = store.filed() == 0 || store.shelf_count() * GROUPS <= most || store.is_mostly_unfiled();
-        self.find_shelves(planes, Of::All, if is_sure { usize::MAX } else { most }, seen)
+        seen.clear();
+        let of = Of::All;
+        let is_short = self.backend.run(FindShelves { store, planes, of, most, may_stop: !is_sure, seen });
+        if !is_short {
+            self.residence.is_wanted.set();
+        }
+        is_short || is_sure
     }
 
-    fn find_shelves(&self, planes: &PlaneSet, of: Of, most: usize, seen: &mut Vec<Seen>) -> bool {
+    fn find_unfiled(&self, planes: &PlaneSet, seen: &mut Vec<Seen>) {
         seen.clear();
-        self.backend.run(FindShelves { store: &self.store, planes, of, most, seen })
+        let (store, of, most) = (&self.store, Of::Unfiled, usize::MAX);
+        self.backend.run(FindShelves { store, planes, of, most, may_stop: false, seen });
     }
 
     /// The planes of a frustum. For scattered polygons, two opposite planes come first, such as near and far plane: a
@@ -79,7 +86,7 @@ impl Osp {
             let answer = Ids::new(draw_list);
             let mut work = self.backend.run(Cull { osp: self, top: self.top, planes, answer }).0;
             if self.store.unfiled() > 0 {
-                self.find_shelves(planes, Of::Unfiled, usize::MAX, seen);
+                self.find_unfiled(planes, seen);
                 work += self.in_order(planes, Of::Unfiled, seen, Ids::new(draw_list)).0;
             }
             work
@@ -121,7 +128,7 @@ impl Osp {
             return WorkCounts::default();
         }
         with_seen(|seen| {
-            self.find_shelves(planes, Of::Unfiled, usize::MAX, seen);
+            self.find_unfiled(planes, seen);
             self.fill(visible, |answer| self.in_order(planes, Of::Unfiled, seen, answer))
         })
     }

@@ -137,6 +137,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
     fn run(&mut self) {
         let osp = self.osp;
+        osp.residence.is_wanted.set();
         self.unfiled();
         if osp.store.filed() > 0 {
             // The top node has no box of its own; the boxes of its children are tested.

@@ -6,9 +6,14 @@
 //!                └──────many changes: all at once, until few change──────┘
 //! ```
 //!
-//! Unfiled polygons are answered by the walk in the order of the ids (`in_order.rs`). A new box is a write and a mark.
+//! Single blocks are filed only while queries would use the tree: filing doubles the time of an insertion. Unfiled
+//! polygons are answered by the walk in the order of the ids (`in_order.rs`). A new box is a write and a mark.
 
-use std::{collections::VecDeque, mem};
+use std::{
+    collections::VecDeque,
+    mem,
+    sync::atomic::{AtomicBool, Ordering::Relaxed},
+};
 
 use super::{
     index::Osp,
@@ -59,6 +64,9 @@ const LONGEST_PAUSE: u32 = 2048;
 /// A pause is recent for this many times its length.
 const NOT_LONG_AGO: u32 = 16;
 
+/// Single blocks are filed for this number of commits after a query that would use the tree.
+const UNWANTED_AFTER: u32 = 2048;
+
 /// Before the first commit, by more than any pause.
 const LONG_AGO: u32 = 1 << 31;
 
@@ -67,6 +75,29 @@ const LONG_AGO: u32 = 1 << 31;
 struct Waiting {
     block: u32,
     since: u32,
+}
+
+/// A flag that queries set, on any thread.
+#[derive(Debug, Default)]
+pub(super) struct Flag(AtomicBool);
+
+impl Flag {
+    #[inline]
+    pub(super) fn set(&self) {
+        if !self.0.load(Relaxed) {
+            self.0.store(true, Relaxed);
+        }
+    }
+
+    fn take(&mut self) -> bool {
+        mem::take(self.0.get_mut())
+    }
+}
+
+impl Clone for Flag {
+    fn clone(&self) -> Self {
+        Self(AtomicBool::new(self.0.load(Relaxed)))
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -78,7 +109,12 @@ pub(super) struct Residence {
     quarters: u32,
     /// Sum of the edits beyond those that are few, in the last commits.
     excess: u32,
-    /// Whether the model is so large that queries may use the tree. Otherwise no block is filed.
+    /// Whether the model is so large that queries may use the tree.
+    is_large: bool,
+    /// Whether a query since the last commit would use the tree, and the last such commit.
+    pub(super) is_wanted: Flag,
+    wanted: u32,
+    /// Whether blocks that rest are filed: the model is large, and a query of late would use the tree.
     pub(super) is_tree_needed: bool,
     /// Whether no polygon is filed, because many change.
     is_paused: bool,
@@ -105,6 +141,9 @@ impl Residence {
             inserted: 0,
             quarters: 0,
             excess: 0,
+            is_large: false,
+            is_wanted: Flag::default(),
+            wanted: LONG_AGO,
             is_tree_needed: false,
             is_paused: false,
             since: LONG_AGO,
@@ -192,9 +231,15 @@ impl Osp {
         let inserted = mem::take(&mut self.residence.inserted);
         self.note_edits();
         let (groups, most) = (self.store.shelf_count() * GROUPS, self.most_in_order());
-        let was_needed = self.residence.is_tree_needed;
-        self.residence.is_tree_needed = groups > most || was_needed && 2 * groups > most;
-        if self.residence.is_tree_needed && !was_needed {
+        let residence = &mut self.residence;
+        residence.is_large = groups > most || residence.is_large && 2 * groups > most;
+        if residence.is_wanted.take() || most == 0 {
+            residence.wanted = self.clock;
+        }
+        let was_needed = residence.is_tree_needed;
+        residence.is_tree_needed =
+            residence.is_large && self.clock.wrapping_sub(residence.wanted) < UNWANTED_AFTER;
+        if residence.is_tree_needed && !was_needed {
             self.let_all_wait();
         }
         self.examine_some(inserted);
@@ -279,8 +324,8 @@ impl Osp {
                 _ => {}
             }
         } else if moved == 0 || is_batch {
-            let is_needed = self.residence.is_tree_needed;
-            return if is_needed { self.file(block, live & !filed) } else { 0 };
+            let Residence { is_large, is_tree_needed, .. } = self.residence;
+            return if is_tree_needed || is_large && is_batch { self.file(block, live & !filed) } else { 0 };
         }
         self.wait(at, block);
         0
