@@ -113,8 +113,7 @@ impl<A: Answer> WithKernel for InOrder<'_, A> {
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> Self::Output {
         let Self { store, planes, of, seen, answer } = self;
-        let hidden = if of == Of::All { 0 } else { u16::MAX };
-        let mut walk = Walk { store, planes, kernel, of, hidden, answer, work: WorkCounts::default() };
+        let mut walk = Walk { store, planes, kernel, of, answer, work: WorkCounts::default() };
         for wanted in store.tops.iter().map(|top| of.wanted(top)).filter(|&wanted| wanted != 0) {
             walk.work.nodes += 1;
             count(&mut walk.work, wanted.count_ones(), PlaneSet::ALL);
@@ -133,8 +132,6 @@ struct Walk<'a, K, A> {
     planes: &'a PlaneSet,
     kernel: K,
     of: Of,
-    /// Mask of the filed polygons that are left out: none or all.
-    hidden: u16,
     answer: A,
     work: WorkCounts,
 }
@@ -167,16 +164,19 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
     /// The polygons of a block to report.
     #[inline(always)]
     fn lanes(&self, shelf: &Shelf, block: usize) -> u16 {
-        shelf.live[block] & !(shelf.filed[block] & self.hidden)
+        let live = shelf.live[block];
+        if self.of == Of::All { live } else { live & !shelf.filed[block] }
     }
 
     /// The polygons of sixteen blocks to report.
     #[inline(always)]
     fn group_lanes(&self, shelf: &Shelf, base: usize) -> [u16; 16] {
         let mut lanes = [0; 16];
-        let (live, filed) = (&shelf.live[base..base + 16], &shelf.filed[base..base + 16]);
-        for ((lanes, live), filed) in lanes.iter_mut().zip(live).zip(filed) {
-            *lanes = live & !(filed & self.hidden);
+        lanes.copy_from_slice(&shelf.live[base..base + 16]);
+        if self.of != Of::All {
+            for (lanes, filed) in lanes.iter_mut().zip(&shelf.filed[base..base + 16]) {
+                *lanes &= !filed;
+            }
         }
         lanes
     }
