@@ -596,10 +596,10 @@ impl Store {
         self.open = Open::NONE;
     }
 
-    /// Memory held, bytes.
+    /// Memory held, bytes; as in [`Pool::bytes`], room that was never written to does not count.
     pub(super) fn bytes(&self) -> usize {
-        self.directory.capacity() * size_of::<u32>()
-            + self.tops.capacity() * size_of::<Around>()
+        self.directory.len() * size_of::<u32>()
+            + self.tops.len() * size_of::<Around>()
             + self.shelves.bytes()
             + self.exact.bytes()
             + self.details.bytes()

@@ -157,7 +157,7 @@ fn ten_thousand_rounds_of_erase_and_redraw_leave_no_trace() {
             assert!(depth(&osp) <= depth(&fresh) + 1, "round {round}: deeper than a fresh tree");
             let first = *first_bytes.get_or_insert(osp.bytes());
             assert!(
-                osp.bytes() <= first + first / 100,
+                osp.bytes() <= first + first / 50,
                 "round {round}: {} bytes, {first} at first",
                 osp.bytes()
             );
