@@ -177,8 +177,8 @@ impl Osp {
     #[inline(always)]
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], mut refuse: impl FnMut(IndexError)) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
-        self.store.close();
         let block = first / 16;
+        self.store.close_if(block);
         let Some(at) = self.store.at_live(block) else {
             updates.iter().for_each(|(id, _)| refuse(IndexError::Unknown(*id)));
             return;
@@ -205,18 +205,22 @@ impl SpatialIndex for Osp {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
-        if !self.store.is_open(id.0 / 16) {
-            let at = self.store.open(id).ok_or(IndexError::Duplicate(id))?;
-            self.wait(at, id.0 / 16);
-        }
-        let is_new = self.store.insert(id, bounds);
+        let is_new = if self.store.is_open(id.0 / 16) {
+            self.store.insert(id, bounds)
+        } else {
+            let at = self.store.open(id, bounds);
+            at.is_some_and(|at| {
+                self.wait(at, id.0 / 16);
+                true
+            })
+        };
         self.residence.inserted += u32::from(is_new);
         if is_new { Ok(()) } else { Err(IndexError::Duplicate(id)) }
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.store.close();
         let block = id.0 / 16;
+        self.store.close_if(block);
         if self.store.filed_lanes(block) >> (id.0 % 16) & 1 == 1 {
             self.take_out(block, 1 << (id.0 % 16));
         }

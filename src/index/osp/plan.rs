@@ -9,6 +9,7 @@ use super::{
     in_order::{FindShelves, InOrder, Of, Seen},
     index::Osp,
     query::Cull,
+    residence::Demand,
     shelf::GROUPS,
     tuning::MOST_IN_ORDER_SCATTERED,
 };
@@ -52,9 +53,7 @@ impl Osp {
         seen.clear();
         let of = Of::All;
         let is_short = self.backend.run(FindShelves { store, planes, of, most, may_stop: !is_sure, seen });
-        if !is_short {
-            self.residence.is_wanted.set();
-        }
+        self.residence.demand.note(if is_short { Demand::NO } else { Demand::YES });
         is_short || is_sure
     }
 

@@ -9,6 +9,7 @@ use super::{
     index::Osp,
     layout::Target,
     pool::NONE,
+    residence::Demand,
     shelf::{GROUPS, lanes_of},
     unfiled::Group,
 };
@@ -137,7 +138,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
     fn run(&mut self) {
         let osp = self.osp;
-        osp.residence.is_wanted.set();
+        osp.residence.demand.note(Demand::YES);
         self.unfiled();
         if osp.store.filed() > 0 {
             // The top node has no box of its own; the boxes of its children are tested.

@@ -12,7 +12,7 @@
 use std::{
     collections::VecDeque,
     mem,
-    sync::atomic::{AtomicBool, Ordering::Relaxed},
+    sync::atomic::{AtomicU8, Ordering::Relaxed},
 };
 
 use super::{
@@ -64,8 +64,8 @@ const LONGEST_PAUSE: u32 = 2048;
 /// A pause is recent for this many times its length.
 const NOT_LONG_AGO: u32 = 16;
 
-/// Single blocks are filed for this number of commits after a query that would use the tree.
-const UNWANTED_AFTER: u32 = 2048;
+/// After this number of commits with queries that would not use the tree, single blocks are not filed.
+const UNWANTED_AFTER: u32 = 1024;
 
 /// Before the first commit, by more than any pause.
 const LONG_AGO: u32 = 1 << 31;
@@ -77,26 +77,26 @@ struct Waiting {
     since: u32,
 }
 
-/// A flag that queries set, on any thread.
+/// Whether queries since the last commit would use the tree; queries set it, on any thread.
 #[derive(Debug, Default)]
-pub(super) struct Flag(AtomicBool);
+pub(super) struct Demand(AtomicU8);
 
-impl Flag {
+impl Demand {
+    /// Without the tree is as good.
+    pub(super) const NO: u8 = 1;
+    pub(super) const YES: u8 = 2;
+
     #[inline]
-    pub(super) fn set(&self) {
-        if !self.0.load(Relaxed) {
-            self.0.store(true, Relaxed);
+    pub(super) fn note(&self, answer: u8) {
+        if self.0.load(Relaxed) < answer {
+            self.0.fetch_max(answer, Relaxed);
         }
-    }
-
-    fn take(&mut self) -> bool {
-        mem::take(self.0.get_mut())
     }
 }
 
-impl Clone for Flag {
+impl Clone for Demand {
     fn clone(&self) -> Self {
-        Self(AtomicBool::new(self.0.load(Relaxed)))
+        Self(AtomicU8::new(self.0.load(Relaxed)))
     }
 }
 
@@ -111,10 +111,10 @@ pub(super) struct Residence {
     excess: u32,
     /// Whether the model is so large that queries may use the tree.
     is_large: bool,
-    /// Whether a query since the last commit would use the tree, and the last such commit.
-    pub(super) is_wanted: Flag,
-    wanted: u32,
-    /// Whether blocks that rest are filed: the model is large, and a query of late would use the tree.
+    /// Whether queries since the last commit would use the tree, and the number of commits since one would.
+    pub(super) demand: Demand,
+    unwanted: u32,
+    /// Whether blocks that rest are filed: the model is large, and queries of late would use the tree.
     pub(super) is_tree_needed: bool,
     /// Whether no polygon is filed, because many change.
     is_paused: bool,
@@ -142,8 +142,8 @@ impl Residence {
             quarters: 0,
             excess: 0,
             is_large: false,
-            is_wanted: Flag::default(),
-            wanted: LONG_AGO,
+            demand: Demand::default(),
+            unwanted: 0,
             is_tree_needed: false,
             is_paused: false,
             since: LONG_AGO,
@@ -233,12 +233,12 @@ impl Osp {
         let (groups, most) = (self.store.shelf_count() * GROUPS, self.most_in_order());
         let residence = &mut self.residence;
         residence.is_large = groups > most || residence.is_large && 2 * groups > most;
-        if residence.is_wanted.take() || most == 0 {
-            residence.wanted = self.clock;
+        match mem::take(residence.demand.0.get_mut()) {
+            Demand::YES => residence.unwanted = 0,
+            asked => residence.unwanted = residence.unwanted.saturating_add(asked.into()),
         }
         let was_needed = residence.is_tree_needed;
-        residence.is_tree_needed =
-            residence.is_large && self.clock.wrapping_sub(residence.wanted) < UNWANTED_AFTER;
+        residence.is_tree_needed = residence.is_large && (residence.unwanted < UNWANTED_AFTER || most == 0);
         if residence.is_tree_needed && !was_needed {
             self.let_all_wait();
         }

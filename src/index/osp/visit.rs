@@ -6,6 +6,7 @@ use super::{
     index::Osp,
     layout::{Bucket, Target},
     pool::NONE,
+    residence::Demand,
     shelf::lanes_of,
     unfiled::Group,
 };
@@ -35,7 +36,7 @@ impl Osp {
         let (lists, planes) = if visible.is_some() { (Visit::Skip, 0) } else { (Visit::Take, PlaneSet::ALL) };
         let (set, work) = (PlaneSet::new(frustum), WorkCounts::default());
         let mut walk = Walk { osp: self, frustum, set, visitor, visible, least, lists, planes, work };
-        self.residence.is_wanted.set();
+        self.residence.demand.note(Demand::YES);
         for group in self.store.unfiled_groups() {
             walk.group(group);
         }
