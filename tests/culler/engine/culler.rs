@@ -94,6 +94,8 @@ fn several_threads_ask_one_culler() {
                 scope.spawn(move || {
                     let ray = Ray::new(Vec3::from(max) + 1.0, Vec3::splat(-1.0));
                     assert!(culler.in_box([min, max]).eq([key]));
+                    let touching = [max[0] + 0.25, max[1], max[2]];
+                    assert!(culler.in_sphere(touching, 0.25).eq([key]));
                     let hit = culler.pick(ray, |asked, _| (asked == key).then_some(1.0));
                     assert_eq!(hit, Some((key, 1.0)));
                 });

@@ -106,9 +106,15 @@ fn a_triangle_that_is_not_finite_is_refused_by_its_place() {
         error.to_string(),
         "triangle 1: expected finite coordinates, found [[0.0, NaN, 0.0], [1.0, 0.0, -2.0], [0.0, 1.0, -2.0]]"
     );
-    let camera = cameras(Vec3::ZERO)[0];
+    let [camera, _, parallel] = cameras(Vec3::ZERO);
     assert_eq!(oracle.missing(&camera, |_| false, 30).len(), 1, "the one before it was added");
+    let away = |by: f32| whole.map(|[x, y, z]| [x, y, z - by]);
+    oracle.add(8, [away(0.5); 2]).expect("finite");
+    assert_eq!(oracle.missing(&camera, |_| false, 30).len(), 2, "a surface does not hide itself");
     let mut line = Oracle::new();
     line.add(7, [[[-1.0, 0.0, -2.0], [0.0, 0.0, -2.0], [1.0, 0.0, -2.0]]]).expect("finite");
-    assert_eq!(line.missing(&camera, |_| false, 4), [], "it covers nothing");
+    line.add(8, [away(60.0)]).expect("beyond the far planes");
+    for camera in [camera, parallel] {
+        assert_eq!(line.missing(&camera, |_| false, 4), [], "it covers nothing");
+    }
 }

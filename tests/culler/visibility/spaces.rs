@@ -240,12 +240,20 @@ fn a_space_that_has_shrunk_to_a_plane_is_seen_and_met_and_numbers_beyond_the_lim
         (0..4).chain([PolygonId::LIMIT]).map(|id| Change::Insert(PolygonId(id))).collect();
     let record = pipeline.frame(&flat, &changes, &view);
     assert_eq!((record.visible, record.polygons, pipeline.refused()), (4, 4, 1));
-    let ray = Ray::new(Vec3::new(2.25, 0.25, 3.0), Vec3::NEG_Z);
+    // Of the two that share a corner there, the first is met.
+    let ray = Ray::new(Vec3::new(3.0, 0.0, 3.0), Vec3::NEG_Z);
     let nearest = pipeline.ray_nearest(&flat, &ray, 10.0, &mut |id| flat.polygon(id)?.meet(&ray));
     assert_eq!(nearest, Some((PolygonId(2), 3.0)));
     let mut found = Vec::new();
     pipeline.box_query(&flat, &Aabb::cube(Vec3::new(3.5, 0.0, 0.0), 0.1), &mut found);
     assert_eq!(found, [PolygonId(3)]);
+    let boxes = |id: usize| {
+        let of = PolygonId(id as u32);
+        if id == 1 { [Aabb::EMPTY; 2] } else { [flat.bounds_in_space(of), flat.bounds(of)] }
+    };
+    let broken = InSpace { place: flat.place(SpaceId(0)), count: 4, boxes };
+    let record = pipeline.frame(&broken, &[Change::Update(PolygonId(1))], &view);
+    assert_eq!((record.visible, record.polygons, pipeline.refused()), (3, 3, 2));
 }
 
 /// What a pipeline finds in view, and what is in view by the boxes in the world.

@@ -173,6 +173,16 @@ fn in_a_turn_tighter_than_the_ribbon_is_wide_nothing_is_turned_over() {
     }
 }
 
+/// Here the end that fades has more quads than may still change their shape.
+#[test]
+fn a_thin_line_in_small_frames_is_painted_as_in_one() {
+    for brush in ribbons() {
+        let settings = StrokeSettings { width_m: 0.002, ..pressed_fully(brush) };
+        let pieces = |frame| Stroke::in_frames(settings, &line(100, 0.002), frame, |_, _| {}).pieces;
+        assert!(pieces(1) == pieces(100), "{}", brush.name);
+    }
+}
+
 #[test]
 fn a_sample_replaces_few_polygons_however_long_the_stroke_is() {
     let mut random = Pcg64::new(4, 7);

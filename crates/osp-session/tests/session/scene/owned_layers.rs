@@ -112,6 +112,21 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     assert_eq!(ignored(&mut scene, &on_layer(B, 3, 1)), 0);
 }
 
+/// A stroke has left the group, or is erased for good.
+#[test]
+fn a_group_is_placed_as_soon_as_nothing_in_it_is_on_a_closed_layer() {
+    let gone = (0..Scene::UNDO_DEPTH).map(|_| group(A, 1, &[], None));
+    let gone = [By(A).erase(id(A, 0))].into_iter().chain(gone).collect();
+    for leaves in [vec![group(A, 0, &[id(A, 0)], None)], gone] {
+        let mut scene = both();
+        let nested = [group(B, 8, &[], None), group(B, 9, &[id(A, 0)], Some(8)), layer(A, 1, Some(true))];
+        assert_eq!(ignored(&mut scene, &nested), 0);
+        assert_eq!(ignored(&mut scene, &[place(B, group_id(B, 8)), place(B, group_id(B, 9))]), 2);
+        assert_eq!(ignored(&mut scene, &leaves), 0);
+        assert_eq!(ignored(&mut scene, &[place(B, group_id(B, 8)), place(B, group_id(B, 9))]), 0);
+    }
+}
+
 #[test]
 fn only_its_owner_closes_a_layer_until_that_one_leaves() {
     let mut scene = both();
