@@ -38,6 +38,11 @@ fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
     let info = OSP.json(["info", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
     assert_eq!((&info["strokes"], &info["points"], &info["erased"]), (&6.into(), &240.into(), &1.into()));
     assert_eq!(info["polygons"], report["polygons"]);
+    let edits = "Header(format: 1)\nUndo(t: 3)\nUndo(t: 5.5)\nErase(t: 4, stroke: 1)\n";
+    fs::write(folder.path().join("edits.ron"), edits).expect("written");
+    let info = OSP.json_in(folder.path(), ["info", "edits.ron", "--json"]);
+    assert_eq!((&info["erase_events"], &info["undo_redo_events"]), (&1.into(), &2.into()));
+    assert_eq!((&info["duration_secs"], &info["backward_time_steps"]), (&2.5.into(), &1.into()));
 }
 
 #[test]

@@ -10,6 +10,11 @@ fn query(folder: &std::path::Path, args: &[&str]) -> Value {
     OSP.json_in(folder, ["query"].iter().chain(args).chain(&["--json"]))
 }
 
+fn distances(report: &Value) -> Vec<f64> {
+    let found = report["found"].as_array().expect("found");
+    found.iter().filter_map(|found| found["distance_m"].as_f64()).collect()
+}
+
 fn strokes(report: &Value) -> Vec<u64> {
     report["strokes"].as_array().expect("strokes").iter().filter_map(Value::as_u64).collect()
 }
@@ -34,6 +39,7 @@ fn every_index_finds_what_is_in_a_part_of_the_model() {
         let of = |index: &str| query(folder.path(), &[&["a.ron", "--index", index], part].concat());
         let plain = of("brute-force");
         assert_eq!(strokes(&plain), expected, "{part:?}: {plain}");
+        assert!(distances(&plain).is_sorted(), "{part:?}: {plain}");
         assert_eq!(plain["query"], part[0].trim_start_matches('-'));
         for kind in osp_rivals::IndexKind::ALL {
             let found = of(kind.name());
@@ -58,9 +64,17 @@ fn polygons_decide_and_not_their_boxes() {
     assert!(beside["polygons_asked"].as_u64() > Some(0), "{beside}");
     // One across it meets both triangles of a quad at most, and the distances are in order.
     let across = query(folder.path(), &["a.ron", "--ray", "-0.2,4.9,-0.085", "0.25,0.1,0.0875"]);
-    let found = across["found"].as_array().expect("found");
-    let distances: Vec<f64> = found.iter().filter_map(|found| found["distance_m"].as_f64()).collect();
-    assert!(distances.is_sorted() && (distances[0] - 0.2832).abs() < 1.0e-3, "{across}");
+    assert!((distances(&across)[0] - 0.2832).abs() < 1.0e-3, "{across}");
+    // A box across the corner of its box that the triangle leaves free; and parts that touch its corner.
+    std::fs::write(folder.path().join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+    for (part, count) in [
+        (["--box", "0.6,0.6,-1", "1,1,1"], 0),
+        (["--box", "-1,-1,-1", "0,0,0"], 1),
+        (["--sphere", "-2,0,0", "2"], 1),
+    ] {
+        let found = query(folder.path(), &[&["a.obj"], &part[..]].concat());
+        assert_eq!(found["found"].as_array().map(Vec::len), Some(count), "{found}");
+    }
 }
 
 #[test]
