@@ -59,7 +59,7 @@ pub fn write_glb(
     scene: &Scene,
     name: &str,
     options: &ExportOptions,
-    out: impl Write,
+    out: &mut dyn Write,
 ) -> Result<GltfCounts, ExportError> {
     write_glb_watched(scene, name, options, out, &|_| true)
 }
@@ -72,7 +72,7 @@ pub fn write_glb_watched(
     scene: &Scene,
     name: &str,
     options: &ExportOptions,
-    mut out: impl Write,
+    out: &mut dyn Write,
     go_on: &dyn Fn(u64) -> bool,
 ) -> Result<GltfCounts, ExportError> {
     /// Number of polygons between two calls of `go_on`: a few milliseconds.

@@ -53,7 +53,7 @@ pub fn write_tilt(
     kept: &mut KeptStrokes,
     header: &Header,
     thumbnail: Option<&[u8]>,
-    mut out: impl Write,
+    out: &mut dyn Write,
 ) -> Result<TiltCounts, ExportError> {
     kept.settle();
     let kept = &*kept;
