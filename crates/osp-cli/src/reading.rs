@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use anyhow::ensure;
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 
 use osp_session::{
-    recording::{Limits, OpenOptions, Pace},
+    recording::{Limits, OpenOptions, Pace, Up, unit_m},
     replay::Summary,
 };
 
@@ -17,8 +20,22 @@ pub(super) struct ReadArgs {
     /// (--max-polygons), use the part before the limit.
     #[arg(long)]
     pub(super) lenient: bool,
+    /// The axis of an .obj that points up [default: what its comments say, else y].
+    #[arg(long, value_name = "AXIS", value_parser = up_parser(), hide_short_help = true)]
+    up: Option<Up>,
+    /// The unit of an .obj: m, cm, mm, km, in, ft or yd [default: what its comments say, else m].
+    #[arg(long, value_name = "UNIT", value_parser = unit, hide_short_help = true)]
+    unit: Option<f64>,
     #[command(flatten)]
     limits: LimitArgs,
+}
+
+fn up_parser() -> impl TypedValueParser<Value = Up> {
+    PossibleValuesParser::new(["y", "z"]).map(|name| if name == "z" { Up::Z } else { Up::Y })
+}
+
+fn unit(name: &str) -> Result<f64, String> {
+    unit_m(name).ok_or_else(|| "expected m, cm, mm, km, in, ft or yd".to_owned())
 }
 
 /// Limits of a session.
@@ -46,7 +63,7 @@ impl LimitArgs {
 
 impl ReadArgs {
     pub(super) fn options(&self) -> OpenOptions {
-        OpenOptions { lenient: self.lenient, limits: self.limits.limits() }
+        OpenOptions { lenient: self.lenient, limits: self.limits.limits(), up: self.up, unit_m: self.unit }
     }
 
     /// Returns an error if the time stamps of a session result in more frames than the limits allow.

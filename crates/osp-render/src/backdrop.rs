@@ -11,16 +11,25 @@ const LIGHT: [f64; 3] = [0.62, 0.63, 0.65];
 const LEAST_CONTRAST: f64 = 2.0;
 
 /// Selects the background for a model: dark, or light if more polygons contrast with the light background. Returns
-/// linear red, green, blue. O(strokes).
+/// linear red, green, blue. O(polygons).
 pub fn background_for(scene: &Scene) -> [f64; 3] {
     let (mut lost_in_dark, mut lost_in_light) = (0u64, 0u64);
     let [dark, light] = [DARK, LIGHT].map(luminance);
     for stroke in scene.strokes().iter().filter(|stroke| stroke.is_visible()) {
-        let (r, g, b, _) = stroke.color();
-        let ink = luminance([r, g, b].map(|c| linear(f64::from(c))));
-        let polygons = stroke.polygon_ids().count() as u64;
-        lost_in_dark += if contrast(ink, dark) < LEAST_CONTRAST { polygons } else { 0 };
-        lost_in_light += if contrast(ink, light) < LEAST_CONTRAST { polygons } else { 0 };
+        let lost_in = |(r, g, b, _)| {
+            let ink = luminance([r, g, b].map(|c: f32| linear(f64::from(c))));
+            [dark, light].map(|background| u64::from(contrast(ink, background) < LEAST_CONTRAST))
+        };
+        // Polygons in a row mostly have the same colour.
+        let mut last = (stroke.color(), lost_in(stroke.color()));
+        for id in stroke.polygon_ids() {
+            let color = scene.color(id);
+            if color != last.0 {
+                last = (color, lost_in(color));
+            }
+            lost_in_dark += last.1[0];
+            lost_in_light += last.1[1];
+        }
     }
     if lost_in_dark > lost_in_light { LIGHT } else { DARK }
 }

@@ -43,10 +43,11 @@ pub enum Colors {
 }
 
 impl Colors {
-    fn of(self, scene: &Scene, stroke: &Stroke) -> (f32, f32, f32, f32) {
+    fn of(self, scene: &Scene, id: PolygonId) -> (f32, f32, f32, f32) {
         match self {
-            Self::Own => stroke.color(),
+            Self::Own => scene.color(id),
             Self::Authors => {
+                let stroke = scene.stroke_of(id);
                 let (r, g, b) = scene.author_color(stroke.author());
                 (r, g, b, stroke.color().3)
             }
@@ -90,7 +91,7 @@ impl PolygonRecord {
         }
         let (stroke, surface) = (scene.stroke_of(id), scene.surface(id));
         (record.normals, record.uv) = surface.words();
-        record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, stroke)));
+        record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, id)));
         record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());
         // Number 0 stands for polygons without a brush.
         let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush.number()));

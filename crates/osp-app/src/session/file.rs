@@ -143,7 +143,7 @@ impl Session {
             Ok(data) if data.len() > 0 || !data.is_file() => {}
             _ => return Ok((Self::begin(path, header, autosaves)?, Opened::default(), None)),
         }
-        let again = recording::open(path, &OpenOptions { lenient: false, limits })?;
+        let again = recording::open(path, &OpenOptions { limits, ..OpenOptions::STRICT })?;
         if again.header != header {
             let why = format!("expected the recording of the shared session {}, or a new file", header.name);
             return Err(refused(&why));
@@ -200,7 +200,7 @@ impl Session {
         give_back: fn(SessionFile),
     ) -> Result<SessionReader, OpenError> {
         // osp must not append after damage, because no reader would reach the new events.
-        match recording::open(path, &OpenOptions { lenient: false, limits }) {
+        match recording::open(path, &OpenOptions { limits, ..OpenOptions::STRICT }) {
             Ok(session) => {
                 let journal = Journal::named(file, session.header.clone(), autosaves)?;
                 Ok(SessionReader::new(session, journal, give_back))

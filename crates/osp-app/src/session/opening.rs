@@ -36,7 +36,7 @@ impl Opening {
     }
 
     pub(super) fn options(self) -> OpenOptions {
-        OpenOptions { lenient: self.lenient, limits: self.limits }
+        OpenOptions { lenient: self.lenient, limits: self.limits, ..OpenOptions::STRICT }
     }
 }
 

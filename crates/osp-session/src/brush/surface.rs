@@ -19,6 +19,8 @@ pub struct Surface {
     uv: [u32; 4],
     alpha: [u8; 4],
     kind: Kind,
+    /// sRGB; `None` for the stroke's colour.
+    color: Option<[u8; 3]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +35,8 @@ enum Kind {
 
 impl Surface {
     /// A flat, opaque surface without texture coordinates.
-    pub const PLAIN: Self = Self { normals: [0; 4], uv: [0; 4], alpha: [255; 4], kind: Kind::Flat };
+    pub const PLAIN: Self =
+        Self { normals: [0; 4], uv: [0; 4], alpha: [255; 4], kind: Kind::Flat, color: None };
 
     pub fn flat(uv: [Vec2; 4], alpha: [f32; 4]) -> Self {
         Self { uv: uv.map(pack_uv), alpha: alpha.map(pack_alpha), ..Self::PLAIN }
@@ -48,6 +51,17 @@ impl Surface {
     pub fn facing(roll_radians: f32, uv: [Vec2; 4], alpha: f32) -> Self {
         let normals = [roll_radians.to_bits(), 0, 0, 0];
         Self { normals, kind: Kind::Facing, ..Self::flat(uv, [alpha; 4]) }
+    }
+
+    /// The same surface in a colour of its own, sRGB.
+    #[must_use]
+    pub fn with_color(self, color: [u8; 3]) -> Self {
+        Self { color: Some(color), ..self }
+    }
+
+    /// The polygon's own colour, sRGB; `None` for the stroke's colour.
+    pub fn color(&self) -> Option<[u8; 3]> {
+        self.color
     }
 
     /// The same surface with permuted corners: corner `places[i]` becomes corner `i`.

@@ -100,6 +100,7 @@ impl Material {
         seen: Seen,
     ) -> ([f32; 4], [f32; 2]) {
         let ((r, g, b, a), uv, own) = (stroke.color(), surface.uv(corner), surface.alpha(corner));
+        let [r, g, b] = surface.color().map_or([r, g, b], |color| color.map(|c| f32::from(c) / 255.0));
         match &self.brush {
             Some((_, at_rest, _)) => {
                 (linear(at_rest.paint(Vec3::new(r, g, b), own, uv, seen)), at_rest.uv(uv).to_array())

@@ -121,6 +121,27 @@ impl<'a> Input<'a> {
     }
 }
 
+/// An input that a reader keeps, to open the files beside it later.
+#[derive(Clone, Debug)]
+pub(in crate::recording) struct KeptInput {
+    path: PathBuf,
+    files: Option<MemoryFiles>,
+}
+
+impl KeptInput {
+    pub(in crate::recording) fn of(input: Input<'_>) -> Self {
+        let files = match input.files {
+            Files::Disk => None,
+            Files::Memory(files) => Some(files.clone()),
+        };
+        Self { path: input.path.to_owned(), files }
+    }
+
+    pub(in crate::recording) fn input(&self) -> Input<'_> {
+        Input { path: &self.path, files: self.files.as_ref().map_or(Files::Disk, Files::Memory) }
+    }
+}
+
 #[derive(Debug)]
 pub(in crate::recording) enum InputFile {
     Disk(File),

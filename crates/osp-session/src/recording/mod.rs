@@ -49,7 +49,7 @@ pub use event::{
 pub use header::{Camera, Header, Layer, Root};
 pub use input::MemoryFiles;
 pub use limits::{Excess, Limits, Place};
-pub use open_options::OpenOptions;
+pub use open_options::{OpenOptions, Up, unit_m};
 pub use opening::{is_pipe, looks_like_session, open, open_bytes, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
 pub use reducer::{Message, Reduced, Reducer, Sender};

@@ -5,7 +5,8 @@ use std::{
 };
 
 use super::{
-    MemoryFiles, OpenOptions, Place, RecordingError, RonReader, Session, error::beyond, input::Input,
+    MemoryFiles, OpenOptions, Place, RecordingError, RonReader, Session, error::beyond, import::BYTE_ORDER_MARK,
+    input::Input,
 };
 use crate::platform::fs::{File, has_ending};
 
@@ -60,6 +61,9 @@ fn read_pipe(path: &Path, options: &OpenOptions) -> Result<Vec<u8>, RecordingErr
 fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
     let path = input.path;
     let start = if input.is_folder() { Vec::new() } else { sniff(input)? };
+    if let Some(found) = foreign(&start) {
+        return Err(unknown(path, found.to_owned()));
+    }
     if let Some(opener) = super::import::by_contents(input, &start) {
         return opener(input, options);
     }
@@ -142,8 +146,33 @@ pub fn looks_like_session(path: &Path, start: &[u8]) -> bool {
 fn describe(start: &[u8]) -> String {
     match start {
         [] => "an empty file".to_owned(),
-        _ => format!("a file that begins with \"{}\"", start[..start.len().min(16)].escape_ascii()),
+        _ => match foreign(start) {
+            Some(found) => found.to_owned(),
+            None => format!("a file that begins with \"{}\"", start[..start.len().min(16)].escape_ascii()),
+        },
     }
+}
+
+/// What a file is, whatever its name says, if its first bytes are those of no session.
+fn foreign(start: &[u8]) -> Option<&'static str> {
+    const KNOWN: [(&[u8], &str); 13] = [
+        (b"version https://git-lfs", "a pointer of Git LFS in place of the file (`git lfs pull` gets the file)"),
+        (b"<!doctype html", "a page of HTML, as from a failed download"),
+        (b"<html", "a page of HTML, as from a failed download"),
+        (b"\xFF\xFE", "text in UTF-16 (save it as UTF-8)"),
+        (b"\xFE\xFF", "text in UTF-16 (save it as UTF-8)"),
+        (b"ply\n", "a model of the format PLY"),
+        (b"ply\r", "a model of the format PLY"),
+        (b"solid ", "a model of the format STL"),
+        (b"kaydara fbx binary", "a model of the format FBX"),
+        (b"blender", "a model of Blender"),
+        (b"<?xml", "a file of XML, such as COLLADA or SVG"),
+        (b"\x89png", "a picture"),
+        (b"%pdf", "a PDF"),
+    ];
+    let text = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
+    let is_it = |magic: &[u8]| text.get(..magic.len()).is_some_and(|of| of.eq_ignore_ascii_case(magic));
+    KNOWN.into_iter().find(|(magic, _)| is_it(magic)).map(|(_, found)| found)
 }
 
 fn sniff(input: Input<'_>) -> Result<Vec<u8>, RecordingError> {
@@ -166,7 +195,7 @@ fn is_compressed(path: &Path, start: &[u8]) -> bool {
 
 /// Whether the first line that is neither blank nor a comment is the header of a recording.
 fn starts_with_header(start: &[u8]) -> bool {
-    let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
+    let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start);
     let first =
         start.split(|&b| b == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty() && !l.starts_with(b"//"));
     first.is_some_and(|line| line.starts_with(b"Header(") || line.starts_with(b"Header ("))

@@ -227,6 +227,13 @@ impl Scene {
         nothing
     }
 
+    /// Colour of a polygon: red, green, blue, sRGB, and the stroke's opacity. Panics if the id was never assigned.
+    pub fn color(&self, id: PolygonId) -> (f32, f32, f32, f32) {
+        let (r, g, b, opacity) = self.stroke_of(id).color;
+        let [r, g, b] = self.surface(id).color().map_or([r, g, b], |own| own.map(|c| f32::from(c) / 255.0));
+        (r, g, b, opacity)
+    }
+
     /// Whether the polygon is visible now. Panics if the id was never assigned.
     pub fn is_visible(&self, id: PolygonId) -> bool {
         self.stroke_of(id).is_visible()
@@ -495,6 +502,10 @@ impl Scene {
         self.fresh.begin(stroke.used, stroke.fixed);
         let drops = &mut self.counts.drops;
         self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
+        let bytes = |(r, g, b, _)| [r, g, b].map(|c: f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
+        if bytes(color) != bytes(stroke.color) {
+            self.fresh.paint(Surface::PLAIN.with_color(bytes(color)));
+        }
         self.assign_ids(at, changes);
         let stroke = &mut self.strokes[at as usize];
         stroke.fixed = stroke.used;

@@ -133,6 +133,11 @@ impl Pieces {
         QuadPieces { first: self.len(), ..QuadPieces::default() }
     }
 
+    /// Gives all new pieces this surface.
+    pub fn paint(&mut self, surface: Surface) {
+        self.fresh.iter_mut().for_each(|piece| piece.surface = surface);
+    }
+
     /// Appends polygons without texture.
     pub fn push_all(&mut self, drops: &mut Drops, make: impl FnOnce(&mut Vec<ConvexPolygon>, &mut Drops)) {
         make(&mut self.polygons, drops);

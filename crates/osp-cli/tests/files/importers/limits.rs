@@ -10,7 +10,7 @@ use zip::CompressionMethod;
 
 /// Events, the error that ended them, and the warnings.
 fn read(path: &Path, lenient: bool, limits: Limits) -> (usize, Option<RecordingError>, Vec<String>) {
-    let mut session = match open(path, &OpenOptions { lenient, limits }) {
+    let mut session = match open(path, &OpenOptions { lenient, limits, ..OpenOptions::STRICT }) {
         Ok(session) => session,
         Err(error) => return (0, Some(error), Vec::new()),
     };

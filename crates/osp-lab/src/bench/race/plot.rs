@@ -70,7 +70,7 @@ impl ModelPlot {
     fn add(&mut self, scene: &Scene, id: PolygonId) {
         let up = rotate(self.view.world_from_view, Vec3::Y);
         let polygon = scene.polygon_from(id, self.view.eye_in_world, up);
-        let (r, g, b, opacity) = scene.stroke_of(id).color();
+        let (r, g, b, opacity) = scene.color(id);
         let normal = polygon.area_vector().as_dvec3().normalize_or_zero();
         let towards = (self.view.eye_in_world - polygon.bounds().center()).as_dvec3().normalize_or_zero();
         let light = DIMMEST + (1.0 - DIMMEST) * normal.dot(towards).abs();

@@ -2,7 +2,7 @@ use std::{io::Read, path::Path};
 
 use super::{
     apa, gltf,
-    lines::{GZIP_MAGIC, gzip},
+    lines::{BYTE_ORDER_MARK, GZIP_MAGIC, gzip},
     obj, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, poses, tilt, tilt_layout,
 };
 use crate::recording::{OpenOptions, Session, error::Result, input::Input, opening::SNIFF_BYTES};
@@ -34,7 +34,7 @@ fn by_lines(start: &[u8]) -> Option<Opener> {
         }
         false => start,
     };
-    let text = String::from_utf8_lossy(text);
+    let text = String::from_utf8_lossy(text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text));
     let line = text.lines().map(str::trim_ascii).find(|line| !line.is_empty() && !line.starts_with('#'))?;
     let kinds: [(bool, Opener); 2] =
         [(obj::is_statement(line), open_obj), (poses::is_pose(line), open_poses)];

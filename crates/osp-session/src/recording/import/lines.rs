@@ -13,6 +13,8 @@ use crate::recording::{
 
 /// Length of the excerpt of a damaged line in an error, characters.
 const SHOWN_CHARS: usize = 60;
+/// The mark with which some programs begin a text in UTF-8.
+pub(in crate::recording) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// The first bytes of a gzip stream.
 pub(super) const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 
@@ -65,6 +67,11 @@ impl LineReader {
         Place::Line(self.line)
     }
 
+    /// Number of the current line.
+    pub(super) fn number(&self) -> u64 {
+        self.line
+    }
+
     /// The next line without its ending. Invalid UTF-8 is replaced. `None` at the end of the file and after an error.
     pub(super) fn next_line(&mut self) -> Result<Option<String>> {
         while !self.done {
@@ -89,6 +96,9 @@ impl LineReader {
                 break;
             }
             self.line += 1;
+            if self.line == 1 && self.text.starts_with(BYTE_ORDER_MARK) {
+                self.text.drain(..BYTE_ORDER_MARK.len());
+            }
             if self.text.len() > Self::MOST_LINE_BYTES {
                 self.damaged(
                     format_args!("a line of at most {} bytes", Self::MOST_LINE_BYTES),
@@ -103,7 +113,12 @@ impl LineReader {
 
     /// Reports damage in the current line: an error that ends the reading, or a note if the reader is lenient.
     pub(super) fn damaged(&mut self, expected: impl Display, found: impl Display) -> Result<()> {
-        let error = self.error(expected, found);
+        self.damaged_in(self.line, expected, found)
+    }
+
+    /// Does the same for another line.
+    pub(super) fn damaged_in(&mut self, line: u64, expected: impl Display, found: impl Display) -> Result<()> {
+        let error = Mismatch::new(expected.to_string(), found.to_string()).in_line(&self.path, line);
         self.done = !self.is_lenient;
         self.notes.skip(self.is_lenient, error, "the line")
     }

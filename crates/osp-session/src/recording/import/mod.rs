@@ -29,8 +29,11 @@ mod detect;
 mod gltf;
 mod lines;
 mod obj;
+mod obj_material;
+mod paint;
 mod poses;
 mod strokes;
+mod texture;
 mod tilt;
 pub(crate) mod tilt_environment;
 mod tilt_fields;
@@ -41,11 +44,14 @@ pub(super) use apa::open_apa;
 pub(super) use cassie::open_cassie;
 pub(super) use detect::{FORMATS, by_contents, by_name};
 pub(super) use gltf::open_gltf;
+pub(super) use lines::BYTE_ORDER_MARK;
 pub(super) use obj::open_obj;
 pub(super) use poses::open_poses;
 pub(super) use tilt::open_tilt;
 
 use std::path::Path;
+
+use glam::DVec3;
 
 pub use tilt::tilt_thumbnail;
 
@@ -55,6 +61,31 @@ pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
         .extension()
         .is_some_and(|ending| ["glb", "gltf"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
     if is_gltf { gltf::files_beside(path) } else { cassie::files_beside(path) }
+}
+
+/// The name of a group, as far as a recording can hold it.
+fn group_name(name: &str) -> String {
+    let most = crate::recording::Event::MAX_GROUP_NAME_BYTES;
+    let end = (0..=name.len().min(most)).rev().find(|&end| name.is_char_boundary(end));
+    name[..end.unwrap_or_default()].to_owned()
+}
+
+/// Distance from the origin from which `f32` no longer holds millimetres, metres.
+const FAR_M: f64 = 8192.0;
+
+/// The point, in whole metres, that becomes the origin of a model with this box: its middle, if the model lies far away
+/// and does not surround the origin.
+fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
+    let middle = (min + max) * 0.5;
+    let is_far = middle.abs().max_element() >= FAR_M && (min.cmpgt(DVec3::ZERO) | max.cmplt(DVec3::ZERO)).any();
+    if is_far { middle.round() } else { DVec3::ZERO }
+}
+
+/// What `osp info` says of a model that was moved.
+fn far_from_origin(origin: DVec3) -> Option<String> {
+    let DVec3 { x, y, z } = origin;
+    (origin != DVec3::ZERO)
+        .then(|| format!("the model's distance from the origin: its point ({x} {y} {z}) m lies at the origin here"))
 }
 
 /// The name that a session gets from its file: the file's name without its extensions.

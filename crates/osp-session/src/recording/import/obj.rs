@@ -1,51 +1,69 @@
-//! Wavefront `.obj` and `.obj.gz`: each face becomes a [`Polygon`](Event::Polygon) event at time 0.
+//! Wavefront `.obj` and `.obj.gz` ("Object Files (.obj)", Alias/Wavefront): each face becomes
+//! [`Polygon`](Event::Polygon)s at time 0.
 //!
-//! The reader parses `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex)
-//! and, for colours, `usemtl`, `g` and `o`. It ignores all other lines. The format specifies neither units nor axes, so
-//! neither is converted. By convention y is up, though scenes with z up are common.
+//! Objects (`o`) and groups (`g`) become groups, a group within its object. A stroke has the faces of one material in
+//! one group. A face has the colour of its material ([`materials`](super::obj_material)), or that of its vertices if
+//! they have colours (`v x y z r g b`, sRGB). A face may precede its vertices. Lines, points, curves and unknown
+//! statements are counted and named at the end.
+//!
+//! The format specifies neither units nor axes. [`OpenOptions`] state them, or a comment at the beginning of the file
+//! (`# File units = inches`, `# up: z`); else a unit is a metre, and y is up. Vertices far from the origin are read
+//! relative to a point in their middle, because `f32` has too few digits for them.
+//!
+//! The parsing is our own: the crate `tobj` reads whole files, without numbers of lines.
 
-use glam::Vec3;
-use xxhash_rust::xxh3::xxh3_64;
+use std::collections::{BTreeMap, HashMap, VecDeque};
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::{
+    far_from_origin, group_name,
     lines::{LineReader, shown},
+    obj_material::{Materials, PLAIN},
+    paint::{Corner, Painted, Splitter},
     session_name,
+    texture::linear_of,
 };
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, Place, Session,
+    Author, Event, EventSource, GroupId, Header, Notes, OpenOptions, Place, Session, StrokeId, Up,
     error::{Mismatch, Result, beyond},
     input::Input,
 };
 use osp::math::COORDINATE_LIMIT_M;
 
-/// Colour of faces without a group or material, sRGB.
-const PLAIN: [f32; 3] = [0.72, 0.72, 0.70];
-/// Colours of named faces, sRGB, chosen by the name's hash. They are light and similar in brightness, so that shading
-/// stays visible.
-const PALETTE: [[f32; 3]; 12] = [
-    [0.78, 0.58, 0.52],
-    [0.80, 0.68, 0.50],
-    [0.76, 0.75, 0.52],
-    [0.60, 0.74, 0.55],
-    [0.50, 0.73, 0.66],
-    [0.52, 0.70, 0.78],
-    [0.56, 0.62, 0.80],
-    [0.67, 0.60, 0.80],
-    [0.78, 0.60, 0.74],
-    [0.66, 0.66, 0.66],
-    [0.72, 0.66, 0.58],
-    [0.56, 0.64, 0.62],
-];
+/// Number of vertices at the beginning of a file that decide whether it lies far from the origin.
+const SNIFFED_VERTICES: usize = 1 << 16;
+/// Bytes of a face and its vertex in a typical file. The number of faces is only estimated, to divide pieces fairly.
+const BYTES_A_FACE: u64 = 64;
+/// Most unknown statements that are counted by name.
+const MOST_NAMES: usize = 16;
 
 pub(crate) fn open_obj(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
+    let sniffed = Sniffed::of(input, options);
+    let bytes = input.open().and_then(|file| file.len()).unwrap_or_default();
+    let mut header = Header::new(session_name(input.path), "Wavefront OBJ");
+    header.left_out.extend(far_from_origin(sniffed.origin));
     let obj = Obj {
         lines: LineReader::open(input, options)?,
-        vertices: Vec::new(),
-        group: None,
-        material: None,
+        materials: Materials::new(input, options),
+        frame: sniffed,
+        positions: Vec::new(),
+        colors: Vec::new(),
+        uvs: Vec::new(),
+        at: State::default(),
+        groups: HashMap::new(),
+        strokes: HashMap::new(),
+        late: VecDeque::new(),
+        queue: VecDeque::new(),
+        painted: Vec::new(),
+        splitter: Splitter::new(bytes / BYTES_A_FACE, &options.limits),
+        skipped: BTreeMap::new(),
+        faces: 0,
+        is_lenient: options.lenient,
         most_vertices: options.limits.polygons,
+        is_over: false,
+        notes: Notes::default(),
     };
-    let header = Header::new(session_name(input.path), "Wavefront OBJ");
     Ok(Session::new(header, "obj", Box::new(obj), input.path, options))
 }
 
@@ -59,12 +77,113 @@ pub(crate) fn is_statement(line: &str) -> bool {
     }
 }
 
+/// Axes, unit and place of a file's vertices.
+struct Sniffed {
+    up: Up,
+    unit_m: f64,
+    /// The point that becomes the origin, in metres and our axes.
+    origin: DVec3,
+}
+
+impl Sniffed {
+    /// Reads the beginning of the file.
+    fn of(input: Input<'_>, options: &OpenOptions) -> Self {
+        let (mut up, mut unit_m) = (options.up, options.unit_m);
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut count = 0;
+        let mut lines = LineReader::open(input, &OpenOptions { lenient: true, ..*options }).ok();
+        while let Some(Ok(Some(line))) = lines.as_mut().map(LineReader::next_line) {
+            if let Some(comment) = line.strip_prefix('#').filter(|_| count == 0) {
+                up = up.or_else(|| said_up(comment));
+                unit_m = unit_m.or_else(|| said_unit_m(comment));
+            }
+            let mut fields = line.split_ascii_whitespace();
+            if fields.next() == Some("v")
+                && let Some(p) = point(&mut fields)
+            {
+                (min, max) = (min.min(p), max.max(p));
+                count += 1;
+                if count == SNIFFED_VERTICES {
+                    break;
+                }
+            }
+        }
+        let mut of = Self { up: up.unwrap_or_default(), unit_m: unit_m.unwrap_or(1.0), origin: DVec3::ZERO };
+        if count > 0 {
+            of.origin = super::origin_of(of.placed(min), of.placed(max));
+        }
+        of
+    }
+
+    /// A point of the file in metres and our axes, relative to the origin.
+    fn placed(&self, p: DVec3) -> DVec3 {
+        let p = match self.up {
+            Up::Y => p,
+            Up::Z => DVec3::new(p.x, p.z, -p.y),
+        };
+        p * self.unit_m - self.origin
+    }
+}
+
+/// The unit that a comment such as `# File units = inches` states.
+fn said_unit_m(comment: &str) -> Option<f64> {
+    let comment = comment.to_ascii_lowercase();
+    let mut words = comment.split(|c: char| !c.is_ascii_alphanumeric());
+    words.find(|word| matches!(*word, "unit" | "units"))?;
+    words.find_map(crate::recording::unit_m)
+}
+
+/// The axis that a comment such as `# up: z` or `# Z-up` states.
+fn said_up(comment: &str) -> Option<Up> {
+    let comment = comment.to_ascii_lowercase();
+    let words = || comment.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let has = |wanted: &str| words().any(|word| word == wanted);
+    match (has("up") && words().count() <= 4, has("y"), has("z")) {
+        (true, true, false) => Some(Up::Y),
+        (true, false, true) => Some(Up::Z),
+        _ => None,
+    }
+}
+
+/// The next three fields as a point within the limits.
+fn point<'a>(fields: &mut impl Iterator<Item = &'a str>) -> Option<DVec3> {
+    let mut coordinate = || fields.next().and_then(|field| field.parse::<f64>().ok()).unwrap_or(f64::NAN);
+    let p = DVec3::new(coordinate(), coordinate(), coordinate());
+    (p.is_finite() && p.abs().max_element() <= f64::from(COORDINATE_LIMIT_M)).then_some(p)
+}
+
+/// What applies to the next face.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+struct State {
+    object: Option<String>,
+    group: Option<String>,
+    material: Option<usize>,
+}
+
 struct Obj {
     lines: LineReader,
-    vertices: Vec<Vec3>,
-    group: Option<[f32; 3]>,
-    material: Option<[f32; 3]>,
+    materials: Materials,
+    frame: Sniffed,
+    positions: Vec<Vec3>,
+    /// Colours of the vertices, as far as they have some; else white.
+    colors: Vec<Option<[u8; 3]>>,
+    uvs: Vec<Vec2>,
+    at: State,
+    groups: HashMap<(Option<String>, Option<String>), (GroupId, Option<GroupId>)>,
+    /// The stroke of a group, a material and an opacity.
+    strokes: HashMap<(Option<GroupId>, Option<usize>, u8), StrokeId>,
+    /// Faces with vertices that do not exist yet, with their lines.
+    late: VecDeque<(u64, String, State)>,
+    queue: VecDeque<Event>,
+    painted: Vec<Painted>,
+    splitter: Splitter,
+    /// Numbers of skipped statements.
+    skipped: BTreeMap<String, u64>,
+    faces: u64,
+    is_lenient: bool,
     most_vertices: u64,
+    is_over: bool,
+    notes: Notes,
 }
 
 impl Obj {
@@ -72,108 +191,233 @@ impl Obj {
     /// file.
     fn next_line(&mut self) -> Result<Option<String>> {
         let Some(mut line) = self.lines.next_line()? else { return Ok(None) };
+        let (mut from, mut is_whole) = (0, true);
         // A comment is never continued, even if it ends in `\`.
-        while let Some(begun) = line.strip_suffix('\\').filter(|begun| !begun.contains('#')) {
-            line = begun.to_owned();
+        while line.ends_with('\\') && !line[from..].contains('#') {
+            line.pop();
+            from = line.len();
             let Some(more) = self.lines.next_line()? else { break };
             line.push(' ');
             line.push_str(&more);
             if line.len() > LineReader::MOST_LINE_BYTES {
-                self.lines.damaged("a shorter line, with all that `\\` appends to it", shown(&line))?;
-                line.clear();
+                if std::mem::take(&mut is_whole) {
+                    self.lines.damaged("a shorter line, with all that `\\` appends to it", shown(&line))?;
+                }
+                // What follows is part of the line that is skipped.
+                line.replace_range(..line.len() - usize::from(line.ends_with('\\')), "");
+                from = 0;
             }
         }
-        Ok(Some(line))
+        Ok(Some(if is_whole { line } else { String::new() }))
     }
 
-    fn read_line(&mut self, line: &str) -> Result<Option<Event>, Mismatch> {
-        let text = line.split_once('#').map_or(line, |(text, _comment)| text);
-        let mut fields = text.split_ascii_whitespace();
-        match fields.next() {
-            Some("v") => self.read_vertex(line, fields)?,
-            Some("f") => return self.read_face(line, fields).map(Some),
-            Some("g" | "o") => self.group = color_of(text),
-            Some("usemtl") => self.material = color_of(text),
-            _ => {}
+    fn read_line(&mut self, line: &str) -> Result<(), Mismatch> {
+        let text = line.split_once('#').map_or(line, |(text, _comment)| text).trim_ascii();
+        let (word, rest) = text.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((text, ""));
+        let rest = rest.trim_ascii();
+        let name = || (!rest.is_empty()).then(|| rest.to_owned());
+        match word {
+            "" | "vn" | "s" | "lod" | "bevel" | "c_interp" | "d_interp" | "shadow_obj" | "trace_obj" => {}
+            "v" => self.read_vertex(line, rest)?,
+            "vt" => {
+                let mut fields = rest.split_ascii_whitespace().map(|field| field.parse::<f32>().ok());
+                let mut next = || fields.next().flatten().unwrap_or_default();
+                // In files, v is up; rows of pictures go down.
+                let (u, v) = (next(), next());
+                self.uvs.push(Vec2::new(u, 1.0 - v));
+            }
+            "f" | "fo" => self.read_face(line, rest)?,
+            "o" => self.at = State { object: name(), group: None, ..std::mem::take(&mut self.at) },
+            "g" => self.at.group = name(),
+            "usemtl" => self.at.material = self.materials.number_of(rest),
+            "mtllib" => self.materials.read(rest),
+            _ => {
+                let is_known = self.skipped.len() < MOST_NAMES || self.skipped.contains_key(word);
+                let key = if is_known { shown(word) } else { "others".to_owned() };
+                *self.skipped.entry(key).or_default() += 1;
+            }
         }
-        Ok(None)
+        Ok(())
     }
 
-    /// Reads the coordinates of a vertex; a weight or colour after them is ignored. A damaged vertex keeps its number,
-    /// and a face that refers to it is damaged.
-    fn read_vertex<'a>(
-        &mut self,
-        line: &str,
-        mut fields: impl Iterator<Item = &'a str>,
-    ) -> Result<(), Mismatch> {
-        let mut coordinate = || fields.next().and_then(|field| field.parse::<f32>().ok()).unwrap_or(f32::NAN);
-        let vertex = Vec3::new(coordinate(), coordinate(), coordinate());
-        let usable = vertex.is_finite() && vertex.abs().max_element() <= COORDINATE_LIMIT_M;
-        self.vertices.push(if usable { vertex } else { Vec3::NAN });
-        if usable { Ok(()) } else { Err(Mismatch::new("`v x y z`, finite and below 1e15", shown(line))) }
+    /// Reads a vertex: coordinates, then a weight, a colour, or both. A damaged vertex keeps its number, and a face
+    /// that refers to it is damaged.
+    fn read_vertex(&mut self, line: &str, rest: &str) -> Result<(), Mismatch> {
+        let mut fields = rest.split_ascii_whitespace();
+        let found = point(&mut fields);
+        let p = found.map_or(Vec3::NAN, |p| self.frame.placed(p).as_vec3());
+        self.positions.push(p);
+        let more: Vec<Option<f32>> = fields.take(5).map(|field| field.parse().ok()).collect();
+        let color = match more[..] {
+            [Some(r), Some(g), Some(b)] | [Some(r), Some(g), Some(b), Some(_)] => Some([r, g, b]),
+            [] => None,
+            // The weight of a vertex matters to curves only.
+            [Some(_)] => None,
+            _ => {
+                *self.skipped.entry("fields of `v`".to_owned()).or_default() += 1;
+                None
+            }
+        };
+        if let Some(color) = color {
+            // Some programs count to 255.
+            let most = if color.iter().any(|c| *c > 1.0) { 255.0 } else { 1.0 };
+            self.colors.resize(self.positions.len() - 1, None);
+            self.colors.push(Some(color.map(|c| (c / most * 255.0).round() as u8)));
+        }
+        found.map(drop).ok_or_else(|| Mismatch::new("`v x y z`, finite and below 1e15", shown(line)))
     }
 
-    fn read_face<'a>(
-        &mut self,
-        line: &str,
-        fields: impl Iterator<Item = &'a str>,
-    ) -> Result<Event, Mismatch> {
-        let mut vertices = Vec::new();
-        for field in fields {
-            let number = field.split('/').next().and_then(|number| number.parse::<i64>().ok());
+    fn read_face(&mut self, line: &str, rest: &str) -> Result<(), Mismatch> {
+        let mut corners: Vec<Corner> = Vec::new();
+        let mut colors = 0;
+        for field in rest.split_ascii_whitespace() {
+            let mut numbers = field.split('/');
+            let number = numbers.next().and_then(|number| number.parse::<i64>().ok());
             let number = number.ok_or_else(|| {
                 Mismatch::new("`f` and corners as `v`, `v/vt`, `v//vn` or `v/vt/vn`", shown(line))
             })?;
-            vertices.push(self.vertex(number).ok_or_else(|| {
-                let count = self.vertices.len();
+            let count = self.positions.len();
+            let Some(at) = place(number, count) else {
+                if number > 0 && !self.is_over {
+                    self.late.push_back((self.lines.number(), line.to_owned(), self.at.clone()));
+                    return Ok(());
+                }
                 let found = format!("corner {number} in {}", shown(line));
-                Mismatch { expected: format!("corners from 1 to {count} or from -{count} to -1"), found }
-            })?);
-            if vertices.len() > Event::MAX_VERTICES {
+                return Err(Mismatch { expected: format!("corners from 1 to {count} or from -{count} to -1"), found });
+            };
+            let uv = numbers.next().and_then(|number| number.parse::<i64>().ok());
+            let uv = uv.and_then(|number| self.uvs.get(place(number, self.uvs.len())?).copied());
+            let color = self.colors.get(at).copied().flatten();
+            colors += usize::from(color.is_some());
+            let [r, g, b] = color.unwrap_or([255; 3]).map(linear_of);
+            corners.push(Corner { p: self.positions[at], uv: uv.unwrap_or_default(), color: Vec4::new(r, g, b, 1.0) });
+            if corners.len() > Event::MAX_VERTICES {
                 break;
             }
         }
-        let [r, g, b] = self.material.or(self.group).unwrap_or(PLAIN);
-        let face =
-            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (r, g, b, 1.0) };
-        face.check().map_err(|expected| Mismatch::new(expected, shown(line)))?;
-        Ok(face)
+        polygon(None, corners.iter().map(|corner| corner.p).collect(), [0; 4])
+            .check()
+            .map_err(|expected| Mismatch::new(expected, shown(line)))?;
+        self.faces += 1;
+        let mut look = self.materials.look(self.at.material);
+        if colors > 0 {
+            // The colours of vertices stand for the material's.
+            look.base = Vec4::ONE.with_w(look.base.w);
+        } else if self.at.material.is_none() {
+            look.base = PLAIN;
+        }
+        self.splitter.paint(&corners, &look, &mut self.painted);
+        let group = self.group();
+        let material = self.at.material;
+        for Painted { corners, color } in self.painted.drain(..) {
+            let key = (group.map(|(group, _)| group), material, color[3]);
+            let known = self.strokes.get(&key).copied();
+            let stroke = known.unwrap_or(StrokeId(self.strokes.len() as u32));
+            self.queue.push_back(polygon(Some(stroke), corners, color));
+            if known.is_none() {
+                self.strokes.insert(key, stroke);
+                self.queue.extend(group.map(|(group, parent)| grouping(group, parent, vec![stroke], None)));
+            }
+        }
+        Ok(())
     }
 
-    /// The vertex with this number. Positive numbers start at 1; negative numbers count back from the last vertex.
-    fn vertex(&self, number: i64) -> Option<Vec3> {
-        let number = usize::try_from(number).ok().or_else(|| {
-            let back = usize::try_from(number.unsigned_abs()).ok()?;
-            (self.vertices.len() + 1).checked_sub(back)
-        })?;
-        self.vertices.get(number.checked_sub(1)?).copied()
+    /// The current group and its parent. A new group is announced.
+    fn group(&mut self) -> Option<(GroupId, Option<GroupId>)> {
+        let State { object, group, .. } = &self.at;
+        let mut parent = None;
+        // Many programs write the name of an object again as that of its only group.
+        let inner = group.as_ref().filter(|group| object.as_ref() != Some(*group));
+        for (name, key) in [(object.as_ref(), (object.clone(), None)), (inner, (object.clone(), inner.cloned()))] {
+            let Some(name) = name else { continue };
+            let next = GroupId(self.groups.len() as u32);
+            let (id, _) = *self.groups.entry(key).or_insert_with(|| {
+                self.queue.push_back(grouping(next, parent.map(|(id, _)| id), Vec::new(), Some(group_name(name))));
+                (next, parent.map(|(id, _)| id))
+            });
+            parent = Some((id, parent.map(|(id, _)| id)));
+        }
+        parent
+    }
+
+    /// Ends the reading: late faces, then what was skipped.
+    fn finish(&mut self) -> Result<()> {
+        self.is_over = true;
+        while let Some((number, line, state)) = self.late.pop_front() {
+            self.at = state;
+            let rest = line.split_once('#').map_or(&*line, |(text, _)| text).trim_ascii();
+            let rest = rest.split_once(|c: char| c.is_ascii_whitespace()).map_or("", |(_, rest)| rest);
+            if let Err(Mismatch { expected, found }) = self.read_face(&line, rest) {
+                self.lines.damaged_in(number, expected, found)?;
+            }
+        }
+        let path = self.lines.path.display();
+        let kinds = self.skipped.iter().map(|(name, count)| format!("{count} {name}"));
+        let skipped = kinds.collect::<Vec<_>>().join(", ");
+        if self.faces == 0 && !self.is_lenient {
+            let with = if skipped.is_empty() { String::new() } else { format!(", statements {skipped}") };
+            let found = format!("none; {} vertices{with}", self.positions.len());
+            return Err(Mismatch::new("faces (`f`)", found).in_file(&self.lines.path));
+        }
+        let mut lost = self.splitter.lost();
+        if !skipped.is_empty() {
+            lost.push(format!("statements that make no faces: {skipped}"));
+        }
+        lost.extend(self.materials.lost());
+        if !lost.is_empty() {
+            self.notes.warnings.push(format!("{path}: not shown: {}", lost.join("; ")));
+        }
+        self.notes.warnings.extend(self.materials.warnings());
+        Ok(())
     }
 }
 
-/// The colour for the name of a group or material.
-fn color_of(line: &str) -> Option<[f32; 3]> {
-    let (_keyword, name) = line.trim_ascii().split_once(|c: char| c.is_ascii_whitespace())?;
-    Some(PALETTE[(xxh3_64(name.trim_ascii().as_bytes()) % PALETTE.len() as u64) as usize])
+fn polygon(stroke: Option<StrokeId>, vertices: Vec<Vec3>, color: [u8; 4]) -> Event {
+    let [r, g, b, a] = color.map(|c| f32::from(c) / 255.0);
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (r, g, b, a) }
+}
+
+fn grouping(group: GroupId, parent: Option<GroupId>, strokes: Vec<StrokeId>, name: Option<String>) -> Event {
+    Event::Group { author: Author::SOLE, t: 0.0, group, strokes, parent, name }
+}
+
+/// The place in a list of `count` entries of a number. Positive numbers start at 1; negative numbers count back from
+/// the last entry.
+fn place(number: i64, count: usize) -> Option<usize> {
+    let number = usize::try_from(number).ok().or_else(|| {
+        let back = usize::try_from(number.unsigned_abs()).ok()?;
+        (count + 1).checked_sub(back)
+    })?;
+    number.checked_sub(1).filter(|&at| at < count)
 }
 
 impl EventSource for Obj {
     fn next_event(&mut self) -> Result<Option<Event>> {
-        while let Some(line) = self.next_line()? {
-            if self.vertices.len() as u64 > self.most_vertices {
+        loop {
+            if let Some(event) = self.queue.pop_front() {
+                return Ok(Some(event));
+            }
+            if self.is_over {
+                return Ok(None);
+            }
+            let Some(line) = self.next_line()? else {
+                self.finish()?;
+                continue;
+            };
+            if self.positions.len().max(self.uvs.len()) as u64 > self.most_vertices {
                 let (path, place) = (&self.lines.path, self.lines.place());
                 return Err(beyond(path, place, self.most_vertices, "vertices"));
             }
-            match self.read_line(&line) {
-                Ok(Some(event)) => return Ok(Some(event)),
-                Ok(None) => {}
-                Err(Mismatch { expected, found }) => self.lines.damaged(expected, found)?,
+            if let Err(Mismatch { expected, found }) = self.read_line(&line) {
+                self.lines.damaged(expected, found)?;
             }
         }
-        Ok(None)
     }
 
     fn notes(&self) -> Notes {
-        self.lines.notes.clone()
+        let mut notes = self.lines.notes.clone();
+        notes.warnings.extend(self.notes.warnings.iter().cloned());
+        notes
     }
 
     fn place(&self) -> Place {

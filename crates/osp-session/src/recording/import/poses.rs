@@ -1,5 +1,5 @@
 //! `.poses`: the path of a tracker, one pose a line, `time x y z qw qx qy qz`, in seconds and metres; `#` starts a
-//! comment.
+//! comment. Times that cannot be seconds are milliseconds, microseconds or nanoseconds ([`unit_secs`]).
 //!
 //! The axes are libsurvive's: right-handed, z up, gravity along -z. In a recording of a controller pulled up and down,
 //! z varies by 0.88 m. In osp y is up, so the world is rotated by -90° about x: (x, y, z) becomes (x, z, -y). The
@@ -37,13 +37,38 @@ pub(crate) fn open_poses(input: Input<'_>, options: &OpenOptions) -> Result<Sess
     let poses = Poses {
         lines: LineReader::open(input, options)?,
         up: Up::Z,
-        first_secs: None,
+        unit_secs: unit_secs(first_times(input, options)),
+        first: None,
         last: None,
         next_stroke: 0,
         ahead: [None, None],
     };
     let header = Header::new(session_name(input.path), "tracker poses");
     Ok(Session::new(header, "poses", Box::new(poses), input.path, options))
+}
+
+/// The times of the first two poses.
+fn first_times(input: Input<'_>, options: &OpenOptions) -> [f64; 2] {
+    let mut times = [0.0; 2];
+    let mut found = 0;
+    let mut lines = LineReader::open(input, &OpenOptions { lenient: true, ..*options }).ok();
+    while let (Some(Ok(Some(line))), 0..2) = (lines.as_mut().map(LineReader::next_line), found) {
+        if let Ok((time, ..)) = pose(&line) {
+            times[found] = time;
+            found += 1;
+        }
+    }
+    times
+}
+
+/// The unit of time, seconds, by the first two times: since 1970, or of a step between two poses.
+fn unit_secs([first, second]: [f64; 2]) -> f64 {
+    // 1e11 seconds are 3,000 years, 1e11 milliseconds 3 years. A tracker records a pose each 0.1 to 100 ms.
+    const UNITS: [(f64, f64, f64); 3] = [(1.0e17, 1.0e5, 1.0e-9), (1.0e14, 1.0e3, 1.0e-6), (1.0e11, f64::INFINITY, 1.0e-3)];
+    let step = second - first;
+    let is_whole = first.fract() == 0.0 && second.fract() == 0.0;
+    let is_in = |(since, steps, _): &(f64, f64, f64)| first >= *since || (is_whole && step >= *steps);
+    UNITS.into_iter().find(is_in).map_or(1.0, |(.., secs)| secs)
 }
 
 /// Whether a line that is no comment is a pose.
@@ -88,7 +113,9 @@ impl Up {
 struct Poses {
     lines: LineReader,
     up: Up,
-    first_secs: Option<f64>,
+    unit_secs: f64,
+    /// The first time, in the file's unit.
+    first: Option<f64>,
     /// Time and position of the previous pose, if a stroke is open.
     last: Option<(f64, Vec3)>,
     next_stroke: u32,
@@ -118,11 +145,11 @@ impl Poses {
     }
 
     fn parse(&mut self, text: &str) -> Result<(f64, Vec3, Quat), &'static str> {
-        let (time_secs, p, q) = pose(text)?;
+        let (time, p, q) = pose(text)?;
         let (p, q) = self.up.to_ours(p, q);
-        let t = time_secs - self.first_secs.unwrap_or(time_secs);
+        let t = (time - self.first.unwrap_or(time)) * self.unit_secs;
         Event::Head { author: Author::SOLE, t, p, q }.check()?;
-        self.first_secs.get_or_insert(time_secs);
+        self.first.get_or_insert(time);
         Ok((t, p, q))
     }
 
@@ -178,7 +205,12 @@ impl EventSource for Poses {
     }
 
     fn notes(&self) -> Notes {
-        self.lines.notes.clone()
+        let mut notes = self.lines.notes.clone();
+        if self.unit_secs != 1.0 {
+            let path = self.lines.path.display();
+            notes.warnings.push(format!("{path}: its times are read in units of {:e} seconds", self.unit_secs));
+        }
+        notes
     }
 
     fn place(&self) -> Place {

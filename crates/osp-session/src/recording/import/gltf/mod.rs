@@ -18,7 +18,7 @@ mod container;
 mod faces;
 mod look;
 mod nodes;
-mod uri;
+pub(super) mod uri;
 
 use std::{
     collections::{HashMap, VecDeque},

@@ -36,7 +36,7 @@ pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Mismatch>> {
 const EXPECTED: &str = "the URI of a buffer in the same folder or below";
 
 /// The folder of a model. The model may refer to files in it only.
-pub(super) fn folder(model: &Path) -> &Path {
+pub(in super::super) fn folder(model: &Path) -> &Path {
     model.parent().unwrap_or(Path::new(""))
 }
 
@@ -47,7 +47,7 @@ pub(super) fn leads_out(uri: &str) -> Mismatch {
 
 /// The path of a relative URI in the folder of `beside` or below it. Symbolic links are not resolved; the caller checks
 /// them when it opens the file.
-pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Mismatch> {
+pub(in super::super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Mismatch> {
     let refuse = || Mismatch::new(EXPECTED, shown(uri));
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| refuse())?;
     let relative = Path::new(decoded.as_ref());

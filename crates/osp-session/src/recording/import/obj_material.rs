@@ -1,0 +1,240 @@
+//! `.mtl`, the materials of an `.obj`: diffuse colour (`Kd`), opacity (`d`, `Tr`), emitted light (`Ke`) and the texture
+//! of the colour (`map_Kd`). Colours are sRGB.
+//!
+//! The parsing is our own: the crate `tobj` refuses a whole file for an empty `map_Kd`, which many programs write.
+
+use std::{collections::HashMap, io::Read, path::PathBuf};
+
+use glam::{Vec3, Vec4};
+
+use super::{
+    gltf::uri,
+    lines::{LineReader, shown},
+    paint::{Alpha, Look},
+    texture::{Room, Texture, Wrap, linear_from_srgb},
+};
+use crate::recording::{
+    OpenOptions,
+    error::Mismatch,
+    input::{Input, KeptInput},
+};
+
+/// Colour of faces without a material, linear.
+pub(super) const PLAIN: Vec4 = Vec4::new(0.477, 0.477, 0.448, 1.0);
+/// Most warnings about materials and their pictures.
+const MOST_WARNINGS: usize = 16;
+
+#[derive(Debug, Default)]
+struct Material {
+    diffuse: Option<Vec3>,
+    opacity: Option<f32>,
+    emission: Vec3,
+    texture: Option<Texture>,
+    /// The line of the texture.
+    map: String,
+    /// Whether the texture's opacity says where the surface is.
+    is_masked: bool,
+    wrap: [Wrap; 2],
+}
+
+/// The materials that a model has read, and those that it has named.
+pub(super) struct Materials {
+    model: KeptInput,
+    options: OpenOptions,
+    room: Room,
+    all: Vec<Material>,
+    numbers: HashMap<String, usize>,
+    /// Number of maps that are not shown, such as bump maps.
+    other_maps: u64,
+    warnings: Vec<String>,
+}
+
+impl Materials {
+    pub(super) fn new(model: Input<'_>, options: &OpenOptions) -> Self {
+        Self {
+            model: KeptInput::of(model),
+            options: *options,
+            room: Room::new(&options.limits),
+            all: Vec::new(),
+            numbers: HashMap::new(),
+            other_maps: 0,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The number of the material of this name; `None` without a name.
+    pub(super) fn number_of(&mut self, name: &str) -> Option<usize> {
+        if name.is_empty() {
+            return None;
+        }
+        if let Some(&number) = self.numbers.get(name) {
+            return Some(number);
+        }
+        self.all.push(Material::default());
+        self.numbers.insert(name.to_owned(), self.all.len() - 1);
+        Some(self.all.len() - 1)
+    }
+
+    pub(super) fn look(&self, number: Option<usize>) -> Look<'_> {
+        let plain = Look { base: PLAIN, texture: None, wrap: [Wrap::Repeat; 2], alpha: Alpha::Opaque, emission: Vec3::ZERO };
+        let Some(material) = number.and_then(|number| self.all.get(number)) else { return plain };
+        let texture = material.texture.as_ref();
+        let diffuse = match material.diffuse {
+            // A black factor hides the texture, and is written where the texture is all that counts.
+            Some(diffuse) if texture.is_none() || diffuse != Vec3::ZERO => diffuse,
+            _ if texture.is_some() => Vec3::ONE,
+            _ => PLAIN.truncate(),
+        };
+        let opacity = material.opacity.unwrap_or(1.0);
+        let alpha = match (material.is_masked, opacity < 1.0) {
+            (true, _) => Alpha::Mask,
+            (false, true) => Alpha::Blend,
+            (false, false) => Alpha::Opaque,
+        };
+        Look { base: diffuse.extend(opacity), texture, wrap: material.wrap, alpha, emission: material.emission }
+    }
+
+    /// Reads the files that a line names. A name may have spaces.
+    pub(super) fn read(&mut self, names: &str) {
+        let names = names.replace('\\', "/");
+        let is_file = |name: &str| find(self.model.input(), name).is_some();
+        let files: Vec<&str> = match is_file(&names) {
+            true => vec![&*names],
+            false => names.split_ascii_whitespace().collect(),
+        };
+        for name in files {
+            let found = find(self.model.input(), name);
+            let options = OpenOptions { lenient: true, ..self.options };
+            let lines = found.and_then(|path| LineReader::open(self.model.input().beside(&path), &options).ok());
+            match lines {
+                Some(lines) => self.read_lines(lines),
+                None => self.warn(format!("no materials {} beside it: their faces are grey", shown(name))),
+            }
+        }
+    }
+
+    fn read_lines(&mut self, mut lines: LineReader) {
+        let mut at = None;
+        while let Ok(Some(line)) = lines.next_line() {
+            let text = line.split_once('#').map_or(&*line, |(text, _)| text).trim_ascii();
+            let (word, rest) = text.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((text, ""));
+            let rest = rest.trim_ascii();
+            let numbers: Vec<f32> = rest.split_ascii_whitespace().filter_map(|field| field.parse().ok()).collect();
+            let color = match numbers[..] {
+                [r, g, b, ..] => Some(Vec3::new(r, g, b).map(linear_from_srgb)),
+                // One number stands for all three.
+                [grey] => Some(Vec3::splat(linear_from_srgb(grey))),
+                _ => None,
+            };
+            if word == "newmtl" {
+                at = self.number_of(rest);
+                if let Some(material) = at.and_then(|at| self.all.get_mut(at)) {
+                    *material = Material::default();
+                }
+                continue;
+            }
+            let Some(at) = at else { continue };
+            let texture = match word {
+                "map_Kd" | "map_d" => self.texture(rest, word == "map_d"),
+                _ => None,
+            };
+            let material = &mut self.all[at];
+            match word {
+                "Kd" => material.diffuse = color.or(material.diffuse),
+                "Ke" => material.emission = color.unwrap_or_default(),
+                // Some programs write `Tr 1` beside `d 1`, so `d` decides.
+                "d" => material.opacity = numbers.first().copied().or(material.opacity),
+                "Tr" => material.opacity = material.opacity.or(numbers.first().map(|hidden| 1.0 - hidden)),
+                "map_Kd" => {
+                    if let Some((texture, wrap)) = texture {
+                        (material.texture, material.wrap) = (Some(texture), wrap);
+                    }
+                }
+                // The opacity mostly lies in the picture of the colour.
+                "map_d" if rest == material.map => {
+                    if let Some((texture, _)) = texture {
+                        (material.texture, material.is_masked) = (Some(texture), true);
+                    }
+                }
+                _ if word.starts_with("map_") || matches!(word, "bump" | "norm" | "disp" | "decal" | "refl") => {
+                    self.other_maps += 1;
+                }
+                _ => {}
+            }
+            if word == "map_Kd" {
+                rest.clone_into(&mut self.all[at].map);
+            }
+        }
+    }
+
+    /// The picture that a line names after its options.
+    fn texture(&mut self, line: &str, is_mask: bool) -> Option<(Texture, [Wrap; 2])> {
+        let (mut name, mut wrap) = (line, [Wrap::Repeat; 2]);
+        while let Some((option, rest)) = name.strip_prefix('-').and_then(|rest| rest.split_once(' ')) {
+            let most = match option {
+                "o" | "s" | "t" => 3,
+                "mm" => 2,
+                _ => 1,
+            };
+            name = rest.trim_ascii();
+            for at in 0..most {
+                let Some((value, rest)) = name.split_once(' ') else { break };
+                if at > 0 && value.parse::<f32>().is_err() {
+                    break;
+                }
+                if (option, value) == ("clamp", "on") {
+                    wrap = [Wrap::Clamp; 2];
+                }
+                name = rest.trim_ascii();
+            }
+        }
+        if name.is_empty() {
+            return None;
+        }
+        let name = name.replace('\\', "/");
+        let decoded = find(self.model.input(), &name)
+            .ok_or_else(|| Mismatch::new("", "there is none beside the model"))
+            .and_then(|path| {
+                let mut bytes = Vec::new();
+                let file = self.model.input().beside(&path).open().and_then(|file| {
+                    file.take(self.options.limits.piped_bytes()).read_to_end(&mut bytes)
+                });
+                file.map_err(|error| Mismatch::new("", error.to_string()))?;
+                Texture::decode(&bytes, is_mask.then_some(0.5), &mut self.room)
+            });
+        match decoded {
+            Ok(texture) => Some((texture, wrap)),
+            Err(fault) => {
+                self.warn(format!("the texture {} is not shown: {}", shown(&name), fault.found));
+                None
+            }
+        }
+    }
+
+    fn warn(&mut self, warning: String) {
+        if self.warnings.len() < MOST_WARNINGS && !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+
+    pub(super) fn warnings(&self) -> impl Iterator<Item = String> {
+        let path = self.model.input().path.display();
+        self.warnings.iter().map(move |warning| format!("{path}: {warning}"))
+    }
+
+    /// What the materials have beyond their colours.
+    pub(super) fn lost(&self) -> Option<String> {
+        (self.other_maps > 0).then(|| format!("{} maps other than of colours (`map_Kd`)", self.other_maps))
+    }
+}
+
+/// The file of this name in the model's folder or below it. A path of another machine stands for its last part.
+fn find(model: Input<'_>, name: &str) -> Option<PathBuf> {
+    let last = name.rsplit('/').next().unwrap_or(name);
+    [name, last].into_iter().find_map(|name| {
+        let path = uri::file(name, model.path).ok()?;
+        let is_here = model.beside(&path).is_file()
+            && model.beside(&path).lies_within(uri::folder(model.path)).unwrap_or(false);
+        is_here.then_some(path)
+    })
+}

@@ -1,0 +1,187 @@
+//! The colour of each polygon of a model: material, texture and corner colours. A polygon has one colour, so a polygon
+//! of several colours is split.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::texture::{Texture, Wrap, srgb_byte};
+use crate::recording::Limits;
+
+/// Most polygons that splitting adds to a model. 70,000 triangles of a helmet with a texture of 2048 x 2048 use them
+/// all.
+const MOST_PIECES: u64 = 1 << 18;
+/// Most times that a triangle is divided by four.
+const MOST_SPLITS: u32 = 6;
+/// A colour fits a polygon if its quarters differ from it by at most this, of 255, in each channel.
+const FITS: i32 = 20;
+/// Share of a polygon with a masked texture below which it is dropped, and above which it is opaque. In between, the
+/// share is its opacity.
+const MASKED: [f32; 2] = [0.1, 0.9];
+
+/// A corner of a polygon.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Corner {
+    pub(super) p: Vec3,
+    pub(super) uv: Vec2,
+    /// Linear red, green, blue, and opacity.
+    pub(super) color: Vec4,
+}
+
+impl Corner {
+    fn between(a: &Self, b: &Self) -> Self {
+        Self { p: (a.p + b.p) * 0.5, uv: (a.uv + b.uv) * 0.5, color: (a.color + b.color) * 0.5 }
+    }
+}
+
+/// What the opacity of a material means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Alpha {
+    #[default]
+    Opaque,
+    /// The texture's texels are there or not.
+    Mask,
+    Blend,
+}
+
+/// How a surface looks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look<'a> {
+    /// Factor of the colour: linear red, green, blue, and opacity.
+    pub(super) base: Vec4,
+    pub(super) texture: Option<&'a Texture>,
+    pub(super) wrap: [Wrap; 2],
+    pub(super) alpha: Alpha,
+    /// Light that is added to the colour, linear.
+    pub(super) emission: Vec3,
+}
+
+impl Look<'_> {
+    /// Colour of a triangle: red, green, blue, sRGB, and opacity.
+    fn of(&self, corners: &[Corner; 3]) -> [u8; 4] {
+        let mut color = self.base * (corners[0].color + corners[1].color + corners[2].color) / 3.0;
+        if let Some(texture) = self.texture {
+            color *= texture.mean(corners.map(|corner| corner.uv), self.wrap);
+        }
+        let [r, g, b] = (color.truncate() + self.emission).to_array().map(srgb_byte);
+        let alpha = match self.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Blend => color.w,
+            Alpha::Mask if color.w < MASKED[0] => 0.0,
+            Alpha::Mask if color.w > MASKED[1] => 1.0,
+            Alpha::Mask => color.w,
+        };
+        [r, g, b, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8]
+    }
+}
+
+/// A polygon in one colour.
+#[derive(Clone, Debug)]
+pub(super) struct Painted {
+    pub(super) corners: Vec<Vec3>,
+    pub(super) color: [u8; 4],
+}
+
+/// Divides polygons, and counts what their colours lose.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Splitter {
+    /// The pieces that polygons have not used so far.
+    left: f64,
+    /// The pieces that each further polygon adds.
+    each: f64,
+    /// Number of polygons with the mean of several colours.
+    pub(super) mixed: u64,
+    /// Number of polygons that a mask hides.
+    pub(super) dropped: u64,
+}
+
+impl Splitter {
+    /// A splitter for a model of about this number of polygons.
+    pub(super) fn new(polygons: u64, limits: &Limits) -> Self {
+        let room = limits.polygons.saturating_sub(polygons) / 2;
+        let each = room.min(MOST_PIECES) as f64 / polygons.max(1) as f64;
+        Self { each, ..Self::default() }
+    }
+
+    /// Appends a polygon, or its pieces.
+    pub(super) fn paint(&mut self, corners: &[Corner], look: &Look<'_>, out: &mut Vec<Painted>) {
+        let first = out.len();
+        self.left += self.each;
+        let is_even = look.texture.is_none() && corners.iter().all(|corner| corner.color == corners[0].color);
+        let fan = |i: usize| [corners[0], corners[i], corners[i + 1]];
+        let whole = |color| Painted { corners: corners.iter().map(|corner| corner.p).collect(), color };
+        match corners.len() {
+            0..3 => {}
+            _ if is_even => out.push(whole(look.of(&fan(1)))),
+            3 => self.divide(&fan(1), look, 0, out),
+            count => {
+                let halves: Vec<[u8; 4]> = (1..count - 1).map(|i| look.of(&fan(i))).collect();
+                if halves.iter().all(|half| fits(*half, halves[0])) && self.fits_inside(&fan(1), look, halves[0]) {
+                    out.push(whole(halves[0]));
+                } else if count == 4 {
+                    (1..3).for_each(|i| self.divide(&fan(i), look, 0, out));
+                } else {
+                    // The corners may form any outline, so only its colour is computed.
+                    self.mixed += 1;
+                    let areas = (1..count - 1).map(|i| {
+                        let [a, b, c] = fan(i);
+                        (b.p - a.p).cross(c.p - a.p).length()
+                    });
+                    out.push(whole(mean(halves.iter().copied().zip(areas))));
+                }
+            }
+        }
+        let before = out.len();
+        // A material without a texture may also be hidden.
+        if look.alpha == Alpha::Mask {
+            let mut at = first;
+            while at < out.len() {
+                if out[at].color[3] == 0 { out.swap_remove(at); } else { at += 1; }
+            }
+        }
+        self.dropped += (before - out.len()) as u64;
+    }
+
+    /// What the polygons lose, in words.
+    pub(super) fn lost(&self) -> Vec<String> {
+        let counted = |count: u64, what: &str| (count > 0).then(|| format!("{what}: {count}"));
+        let mixed = counted(self.mixed, "polygons in the mean of several colours");
+        mixed.into_iter().chain(counted(self.dropped, "polygons that a mask hides")).collect()
+    }
+
+    fn divide(&mut self, corners: &[Corner; 3], look: &Look<'_>, depth: u32, out: &mut Vec<Painted>) {
+        let color = look.of(corners);
+        let quarters = quarters(corners);
+        if quarters.iter().all(|quarter| fits(look.of(quarter), color)) {
+            out.push(Painted { corners: corners.map(|corner| corner.p).to_vec(), color });
+        } else if depth < MOST_SPLITS && self.left >= 3.0 {
+            self.left -= 3.0;
+            quarters.iter().for_each(|quarter| self.divide(quarter, look, depth + 1, out));
+        } else {
+            self.mixed += 1;
+            out.push(Painted { corners: corners.map(|corner| corner.p).to_vec(), color });
+        }
+    }
+
+    fn fits_inside(&self, corners: &[Corner; 3], look: &Look<'_>, color: [u8; 4]) -> bool {
+        quarters(corners).iter().all(|quarter| fits(look.of(quarter), color))
+    }
+}
+
+fn quarters(corners: &[Corner; 3]) -> [[Corner; 3]; 4] {
+    let [a, b, c] = corners;
+    let [ab, bc, ca] = [Corner::between(a, b), Corner::between(b, c), Corner::between(c, a)];
+    [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
+}
+
+fn fits(one: [u8; 4], other: [u8; 4]) -> bool {
+    // The colour of what cannot be seen does not matter.
+    (one[3] == 0 && other[3] == 0) || one.iter().zip(other).all(|(a, b)| (i32::from(*a) - i32::from(b)).abs() <= FITS)
+}
+
+fn mean(colors: impl Iterator<Item = ([u8; 4], f32)>) -> [u8; 4] {
+    let (mut sum, mut weights) = (Vec4::ZERO, f32::MIN_POSITIVE);
+    for (color, weight) in colors {
+        sum += Vec4::from(color.map(f32::from)) * weight;
+        weights += weight;
+    }
+    (sum / weights).to_array().map(|part| part.round() as u8)
+}
