@@ -76,7 +76,7 @@ impl Materials {
     }
 
     pub(super) fn look(&self, number: Option<usize>) -> Look<'_> {
-        let plain = Look { base: PLAIN, texture: None, wrap: [Wrap::Repeat; 2], alpha: Alpha::Opaque, emission: Vec3::ZERO };
+        let plain = Look { base: PLAIN, texture: None, wrap: [Wrap::Repeat; 2], alpha: Alpha::Opaque, emission: Vec3::ZERO, glow: None };
         let Some(material) = number.and_then(|number| self.all.get(number)) else { return plain };
         let texture = material.texture.as_ref();
         let diffuse = match material.diffuse {
@@ -87,11 +87,11 @@ impl Materials {
         };
         let opacity = material.opacity.unwrap_or(1.0);
         let alpha = match (material.is_masked, opacity < 1.0) {
-            (true, _) => Alpha::Mask,
+            (true, _) => Alpha::Mask(0.5),
             (false, true) => Alpha::Blend,
             (false, false) => Alpha::Opaque,
         };
-        Look { base: diffuse.extend(opacity), texture, wrap: material.wrap, alpha, emission: material.emission }
+        Look { base: diffuse.extend(opacity), texture, wrap: material.wrap, alpha, emission: material.emission, glow: None }
     }
 
     /// Reads the files that a line names. A name may have spaces.

@@ -13,6 +13,8 @@ const MOST_PIECES: u64 = 1 << 18;
 const MOST_SPLITS: u32 = 6;
 /// A colour fits a polygon if its quarters differ from it by at most this, of 255, in each channel.
 const FITS: i32 = 20;
+/// Steps of the opacity of a texture. Each becomes a stroke, because a stroke has one opacity.
+const OPACITIES: f32 = 15.0;
 /// Share of a polygon with a masked texture below which it is dropped, and above which it is opaque. In between, the
 /// share is its opacity.
 const MASKED: [f32; 2] = [0.1, 0.9];
@@ -33,12 +35,12 @@ impl Corner {
 }
 
 /// What the opacity of a material means.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Alpha {
     #[default]
     Opaque,
-    /// The texture's texels are there or not.
-    Mask,
+    /// The surface is where its opacity is at least this; the texture's texels are opaque or transparent already.
+    Mask(f32),
     Blend,
 }
 
@@ -50,24 +52,30 @@ pub(super) struct Look<'a> {
     pub(super) texture: Option<&'a Texture>,
     pub(super) wrap: [Wrap; 2],
     pub(super) alpha: Alpha,
-    /// Light that is added to the colour, linear.
+    /// Light that is added to the colour, linear, and its texture.
     pub(super) emission: Vec3,
+    pub(super) glow: Option<&'a Texture>,
 }
 
 impl Look<'_> {
     /// Colour of a triangle: red, green, blue, sRGB, and opacity.
     fn of(&self, corners: &[Corner; 3]) -> [u8; 4] {
         let mut color = self.base * (corners[0].color + corners[1].color + corners[2].color) / 3.0;
-        if let Some(texture) = self.texture {
-            color *= texture.mean(corners.map(|corner| corner.uv), self.wrap);
-        }
-        let [r, g, b] = (color.truncate() + self.emission).to_array().map(srgb_byte);
-        let alpha = match self.alpha {
-            Alpha::Opaque => 1.0,
-            Alpha::Blend => color.w,
-            Alpha::Mask if color.w < MASKED[0] => 0.0,
-            Alpha::Mask if color.w > MASKED[1] => 1.0,
-            Alpha::Mask => color.w,
+        let mean = |texture: Option<&Texture>| {
+            texture.map_or(Vec4::ONE, |texture| texture.mean(corners.map(|corner| corner.uv), self.wrap))
+        };
+        let texture = mean(self.texture);
+        color *= texture;
+        let light = self.emission * if self.emission == Vec3::ZERO { Vec3::ONE } else { mean(self.glow).truncate() };
+        let [r, g, b] = (color.truncate() + light).to_array().map(srgb_byte);
+        let alpha = match (self.alpha, self.texture) {
+            (Alpha::Opaque, _) => 1.0,
+            (Alpha::Blend, None) => color.w,
+            (Alpha::Blend, Some(_)) => (color.w * OPACITIES).round() / OPACITIES,
+            (Alpha::Mask(cutoff), None) => f32::from(color.w >= cutoff),
+            (Alpha::Mask(_), Some(_)) if texture.w < MASKED[0] => 0.0,
+            (Alpha::Mask(_), Some(_)) if texture.w > MASKED[1] => 1.0,
+            (Alpha::Mask(_), Some(_)) => (texture.w * OPACITIES).round() / OPACITIES,
         };
         [r, g, b, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8]
     }
@@ -105,7 +113,7 @@ impl Splitter {
     pub(super) fn paint(&mut self, corners: &[Corner], look: &Look<'_>, out: &mut Vec<Painted>) {
         let first = out.len();
         self.left += self.each;
-        let is_even = look.texture.is_none() && corners.iter().all(|corner| corner.color == corners[0].color);
+        let is_even = look.texture.is_none() && look.glow.is_none() && corners.iter().all(|corner| corner.color == corners[0].color);
         let fan = |i: usize| [corners[0], corners[i], corners[i + 1]];
         let whole = |color| Painted { corners: corners.iter().map(|corner| corner.p).collect(), color };
         match corners.len() {
@@ -131,7 +139,7 @@ impl Splitter {
         }
         let before = out.len();
         // A material without a texture may also be hidden.
-        if look.alpha == Alpha::Mask {
+        if matches!(look.alpha, Alpha::Mask(_)) {
             let mut at = first;
             while at < out.len() {
                 if out[at].color[3] == 0 { out.swap_remove(at); } else { at += 1; }

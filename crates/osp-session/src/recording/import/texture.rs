@@ -39,6 +39,7 @@ pub(super) struct Texture {
     levels: Vec<Level>,
 }
 
+
 #[derive(Debug)]
 struct Level {
     width: usize,

@@ -1,7 +1,6 @@
 //! Reads numbers from buffers in place. Sizes that a damaged file states therefore allocate no memory.
 
 use gltf_json::{
-    Root,
     accessor::{ComponentType, Type},
     validation::Checked,
 };
@@ -19,18 +18,9 @@ struct Row<'a> {
 impl<'a> Row<'a> {
     /// `count` elements of `size` bytes each, from `offset` in a buffer view.
     fn new(file: &'a File, view: usize, offset: u64, count: u64, size: usize) -> Result<Self, Mismatch> {
-        let whole = || Mismatch::new(format!("the bytes of buffer view {view} in its buffer"), "too few");
-        let Root { buffer_views, .. } = &file.root;
-        let missing =
-            || Mismatch::new(format!("buffer view {view}"), format!("{} of them", buffer_views.len()));
-        let described = buffer_views.get(view).ok_or_else(missing)?;
-        let buffer = file.buffers.get(described.buffer.value()).ok_or_else(whole)?;
-        let start = described.byte_offset.unwrap_or_default().0;
-        let end = start.checked_add(described.byte_length.0).ok_or_else(whole)?;
-        let place = |at: u64| usize::try_from(at).ok();
-        let bytes =
-            place(start).zip(place(end)).and_then(|(start, end)| buffer.get(start..end)).ok_or_else(whole)?;
-        let stride = described.byte_stride.map_or(size, |stride| stride.0);
+        let bytes = file.view(view)?;
+        let described = file.root.buffer_views.get(view);
+        let stride = described.and_then(|described| described.byte_stride).map_or(size, |stride| stride.0);
         let few = || {
             let expected = format!("{count} elements of {size} bytes in buffer view {view}");
             Mismatch::new(expected, format!("a view of {} bytes", bytes.len()))
@@ -41,7 +31,7 @@ impl<'a> Row<'a> {
                 stride.to_string(),
             ));
         }
-        let bytes = place(offset).and_then(|offset| bytes.get(offset..)).ok_or_else(few)?;
+        let bytes = usize::try_from(offset).ok().and_then(|offset| bytes.get(offset..)).ok_or_else(few)?;
         let Some(last) = count.checked_sub(1) else { return Ok(Self { bytes: &[], stride }) };
         let needed = last.checked_mul(stride as u64).and_then(|bytes| bytes.checked_add(size as u64));
         if needed.is_none_or(|needed| needed > bytes.len() as u64) {

@@ -1,15 +1,15 @@
 //! The container of a glTF file, its JSON, and its buffers.
 
-use std::{io::Read, path::Path, path::PathBuf};
+use std::{collections::HashMap, io::Read, path::Path, path::PathBuf};
 
 use gltf_json::{Root, deserialize};
 
-use super::{Damage, uri};
+use super::{Damage, extensions, packed, uri};
 use crate::recording::{
     Limits, Place, RecordingError,
     error::{Mismatch, Result, beyond},
     import::{
-        lines::shown,
+        lines::{BYTE_ORDER_MARK, shown},
         tilt_fields::{MOST_CHARS, shorten},
     },
     input::Input,
@@ -31,7 +31,11 @@ pub(super) struct File {
     pub(super) path: PathBuf,
     pub(super) root: Root,
     pub(super) buffers: Vec<Vec<u8>>,
+    /// The bytes of packed buffer views.
+    pub(super) unpacked: HashMap<usize, Vec<u8>>,
     pub(super) is_binary: bool,
+    /// Largest number of bytes of a further file.
+    pub(super) most_bytes: u64,
 }
 
 impl File {
@@ -50,7 +54,7 @@ impl File {
             let root = parse(path, 0, &bytes, limits)?;
             drop(bytes);
             let buffers = read_buffers(input, &root, None, &mut left, damage)?;
-            return Ok(Self { path: path.to_owned(), root, buffers, is_binary });
+            return Self::of(path, root, buffers, is_binary, left, damage);
         }
         let json = binary_json(path, &bytes, damage)?;
         let root = parse(path, json.start, &bytes[json.clone()], limits)?;
@@ -61,13 +65,50 @@ impl File {
             bytes
         });
         let buffers = read_buffers(input, &root, binary, &mut left, damage)?;
-        Ok(Self { path: path.to_owned(), root, buffers, is_binary })
+        Self::of(path, root, buffers, is_binary, left, damage)
+    }
+
+    /// Unpacks what is packed.
+    fn of(
+        path: &Path,
+        root: Root,
+        buffers: Vec<Vec<u8>>,
+        is_binary: bool,
+        left: u64,
+        damage: &mut Damage,
+    ) -> Result<Self> {
+        let path = path.to_owned();
+        let mut file = Self { path, root, buffers, unpacked: HashMap::new(), is_binary, most_bytes: left };
+        for fault in packed::unpack(&mut file) {
+            damage.note(&file.path, fault)?;
+        }
+        Ok(file)
+    }
+
+    /// The bytes of a buffer view.
+    pub(super) fn view(&self, view: usize) -> Result<&[u8], Mismatch> {
+        if let Some(unpacked) = self.unpacked.get(&view) {
+            return Ok(unpacked);
+        }
+        let Root { buffer_views, .. } = &self.root;
+        let missing =
+            || Mismatch::new(format!("buffer view {view}"), format!("{} of them", buffer_views.len()));
+        let described = buffer_views.get(view).ok_or_else(missing)?;
+        let (start, length) = (described.byte_offset.unwrap_or_default().0, described.byte_length.0);
+        self.bytes(described.buffer.value(), start, length)
+            .ok_or_else(|| Mismatch::new(format!("the bytes of buffer view {view} in its buffer"), "too few"))
+    }
+
+    /// Bytes of a buffer.
+    pub(super) fn bytes(&self, buffer: usize, start: u64, length: u64) -> Option<&[u8]> {
+        let place = |at: u64| usize::try_from(at).ok();
+        self.buffers.get(buffer)?.get(place(start)?..place(start.checked_add(length)?)?)
     }
 }
 
 /// Whether text begins with an object whose first property is one of glTF 2.0.
 pub(crate) fn is_json(start: &[u8]) -> bool {
-    const PROPERTIES: [&str; 17] = [
+    const PROPERTIES: [&str; 19] = [
         "accessors",
         "animations",
         "asset",
@@ -85,7 +126,10 @@ pub(crate) fn is_json(start: &[u8]) -> bool {
         "samplers",
         "scene",
         "scenes",
+        "skins",
+        "textures",
     ];
+    let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start);
     let object = start.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
     let name = object.and_then(|object| object.strip_prefix(b"\"")?.split(|&byte| byte == b'"').next());
     name.is_some_and(|name| PROPERTIES.iter().any(|property| property.as_bytes() == name))
@@ -103,6 +147,9 @@ fn at_byte(path: &Path, offset: usize, expected: &str, found: impl Into<String>)
 fn binary_json(path: &Path, bytes: &[u8], damage: &mut Damage) -> Result<std::ops::Range<usize>> {
     let cut = |at| at_byte(path, at, "the head of a .glb and its JSON", "the end of the data");
     let version = word(bytes, 4).ok_or_else(|| cut(bytes.len()))?;
+    if version == 1 {
+        return Err(first_version(path));
+    }
     if version != VERSION {
         return Err(at_byte(path, 4, "glTF version 2", format!("version {version}")));
     }
@@ -153,33 +200,60 @@ fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root
     if let Some((_, most, what)) = bounds.into_iter().find(|(count, most, _)| count > most) {
         return Err(beyond(path, Place::File, most, what));
     }
-    let mut root: Root = deserialize::from_slice(json).map_err(|error| {
+    // Some programs end the JSON with zeros.
+    let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    let json = &json[..end];
+    let (start, json) = match json.strip_prefix(BYTE_ORDER_MARK) {
+        Some(json) => (start + BYTE_ORDER_MARK.len(), json),
+        None => (start, json),
+    };
+    let read = deserialize::from_slice(json).or_else(|error| mended(json).ok_or(error));
+    let mut root: Root = read.map_err(|error| {
+        if is_first_version(json) {
+            return first_version(path);
+        }
         let found = format!("text that does not fit ({})", shorten(&error.to_string(), MOST_CHARS));
         let mismatch = Mismatch::new("the JSON of glTF 2.0", found);
         match start {
-            0 => mismatch.in_line(path, error.line() as u64),
+            0 | 3 => mismatch.in_line(path, error.line() as u64),
             _ => mismatch.at_byte(path, (start + error.column().saturating_sub(1)) as u64),
         }
     })?;
+    if root.asset.version.starts_with("1.") {
+        return Err(first_version(path));
+    }
     if !root.asset.version.starts_with("2.") {
         let found = format!("version {}", shown(&root.asset.version));
         return Err(Mismatch::new("a glTF file of version 2", found).in_file(path));
     }
-    let unknown = root.extensions_required.iter().find(|name| !is_optional_here(name));
+    let unknown = root.extensions_required.iter().find(|name| extensions::changes_meshes(&root, name));
     if let Some(name) = unknown {
         let found = format!("one that requires {}", shown(name));
-        return Err(Mismatch::new("a glTF file whose meshes are not packed", found).in_file(path));
+        return Err(Mismatch::new("a glTF file with meshes of a kind that osp reads", found).in_file(path));
     }
     root.extensions_required.clear();
     Ok(root)
 }
 
-/// Whether a file that requires this extension can be read: the extension is supported, or changes only the appearance
-/// of surfaces.
-fn is_optional_here(extension: &str) -> bool {
-    const KNOWN: [&str; 3] = ["KHR_lights_punctual", "KHR_mesh_quantization", "KHR_xmp_json_ld"];
-    const LOOKS: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"];
-    KNOWN.contains(&extension) || LOOKS.iter().any(|start| extension.starts_with(start))
+/// The JSON with what some programs leave out: the list of nodes of an empty scene.
+fn mended(json: &[u8]) -> Option<Root> {
+    let mut json: serde_json::Value = serde_json::from_slice(json).ok()?;
+    for scene in json.get_mut("scenes")?.as_array_mut()? {
+        scene.as_object_mut()?.entry("nodes").or_insert_with(|| serde_json::json!([]));
+    }
+    serde_json::from_value(json).ok()
+}
+
+/// Whether the JSON is of glTF 1.0, in which the meshes are an object instead of a list.
+fn is_first_version(json: &[u8]) -> bool {
+    let json: serde_json::Value = serde_json::from_slice(json).unwrap_or_default();
+    let version = json.pointer("/asset/version").map(|version| version.to_string());
+    version.is_some_and(|version| version.trim_matches('"').starts_with('1')) || json["meshes"].is_object()
+}
+
+fn first_version(path: &Path) -> RecordingError {
+    let found = "glTF 1.0 (`npx gltf-pipeline -i OLD -o NEW.glb` converts it)";
+    Mismatch::new("glTF 2.0", found).in_file(path)
 }
 
 fn read_buffers(
@@ -192,7 +266,13 @@ fn read_buffers(
     let path = input.path;
     let mut buffers = Vec::new();
     for (buffer, number) in root.buffers.iter().zip(0..) {
+        let is_fallback = buffer.extensions.as_ref().is_some_and(|of| !of.others.is_empty());
         let content = match (&buffer.uri, number) {
+            // What it would hold is packed elsewhere.
+            (None, _) if is_fallback && (number > 0 || binary.is_none()) => {
+                buffers.push(Vec::new());
+                continue;
+            }
             (None, 0) => binary.take().ok_or_else(|| Mismatch::new("the binary chunk of buffer 0", "none")),
             (None, _) => Err(Mismatch::new(format!("the URI of buffer {number}"), "none")),
             (Some(uri), _) => match uri::data(uri) {
@@ -223,7 +303,7 @@ fn read_buffers(
 
 /// Reads a buffer from a separate file. The outer error is a limit or a system error; the inner error is a fault of the
 /// model.
-fn read_beside(
+pub(super) fn read_beside(
     file: Input<'_>,
     uri: &str,
     left: &mut u64,

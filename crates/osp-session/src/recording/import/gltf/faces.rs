@@ -1,21 +1,22 @@
 //! Converts the triangles of a primitive to polygons with one colour each.
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 use gltf_json::{
-    material::{AlphaMode, Material},
     mesh::{Mode, Primitive, Semantic},
     validation::Checked,
 };
 
-use super::{accessor::Elements, container::File, look::srgb_from_linear};
-use crate::recording::{Author, Event, error::Mismatch};
+use super::{
+    accessor::Elements,
+    container::File,
+    surfaces::{Surface, Surfaces},
+};
+use crate::recording::{
+    Author, Event,
+    error::Mismatch,
+    import::paint::{Corner, Painted, Splitter},
+};
 use osp::math::is_flat_and_convex;
-
-/// A polygon. [`channels`] decodes its colour.
-pub(super) struct Polygon {
-    pub(super) corners: Vec<Vec3>,
-    pub(super) color: u32,
-}
 
 #[derive(Default)]
 pub(super) struct Faces {
@@ -31,12 +32,25 @@ impl Faces {
     pub(super) fn decode(
         &mut self,
         file: &File,
+        (surfaces, splitter): (&Surfaces, &mut Splitter),
         primitive: &Primitive,
         residual: &DAffine3,
         most: usize,
-        out: &mut Vec<Polygon>,
+        out: &mut Vec<Painted>,
     ) -> Result<bool, Mismatch> {
-        let Some(mesh) = Mesh::new(file, primitive, residual)? else { return Ok(false) };
+        let Some(mesh) = Mesh::new(file, surfaces, primitive, residual)? else { return Ok(false) };
+        let look = surfaces.look(mesh.surface);
+        let mut push = |fault: &mut Option<Mismatch>, numbers: &[u32]| {
+            let corners: Vec<Corner> = numbers.iter().map(|&number| mesh.corner(number)).collect();
+            let vertices = corners.iter().map(|corner| corner.p).collect();
+            let color = (0.0, 0.0, 0.0, 0.0);
+            match (Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color }).check() {
+                Err(expected) => {
+                    fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
+                }
+                Ok(()) => splitter.paint(&corners, &look, out),
+            }
+        };
         let count = mesh.triangles();
         let end = count.min(self.next.saturating_add(most));
         while self.next < end {
@@ -52,34 +66,17 @@ impl Faces {
             match mesh.quad(before, triangle) {
                 Some(quad) => {
                     self.pending = None;
-                    self.push(&mesh, &quad, out);
+                    push(&mut self.fault, &quad);
                 }
-                None => self.push(&mesh, &before, out),
+                None => push(&mut self.fault, &before),
             }
         }
         if self.next == count
             && let Some(last) = self.pending.take()
         {
-            self.push(&mesh, &last, out);
+            push(&mut self.fault, &last);
         }
         Ok(self.next < count)
-    }
-
-    fn push(&mut self, mesh: &Mesh<'_>, numbers: &[u32], out: &mut Vec<Polygon>) {
-        let corners: Vec<Vec3> = numbers.iter().map(|&number| mesh.corner(number)).collect();
-        let color = mesh.color(numbers);
-        let event = Event::Polygon {
-            author: Author::SOLE,
-            t: 0.0,
-            stroke: None,
-            vertices: corners,
-            color: channels(color),
-        };
-        if let Err(expected) = event.check() {
-            self.fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
-        } else if let Event::Polygon { vertices: corners, .. } = event {
-            out.push(Polygon { corners, color });
-        }
     }
 }
 
@@ -88,13 +85,19 @@ struct Mesh<'a> {
     colors: Option<Elements<'a>>,
     indices: Option<Elements<'a>>,
     mode: Mode,
-    material: Option<&'a Material>,
+    uvs: Option<Elements<'a>>,
+    surface: &'a Surface,
     residual: DAffine3,
 }
 
 impl<'a> Mesh<'a> {
     /// Opens the primitive's data; `None` if the primitive consists of points or lines.
-    fn new(file: &'a File, primitive: &Primitive, residual: &DAffine3) -> Result<Option<Self>, Mismatch> {
+    fn new(
+        file: &'a File,
+        surfaces: &'a Surfaces,
+        primitive: &Primitive,
+        residual: &DAffine3,
+    ) -> Result<Option<Self>, Mismatch> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(Mismatch::new("a mode of 0 to 6", "another"));
         };
@@ -118,8 +121,9 @@ impl<'a> Mesh<'a> {
         if indices.as_ref().is_some_and(|indices| indices.width != 1) {
             return Err(Mismatch::new("indices as SCALAR", "vectors"));
         }
-        let material = primitive.material.and_then(|material| file.root.materials.get(material.value()));
-        Ok(Some(Self { positions, colors, indices, mode, material, residual: *residual }))
+        let surface = surfaces.of(primitive.material.map(|material| material.value()));
+        let uvs = attribute(Semantic::TexCoords(surface.coordinates))?.filter(|of| of.width == 2);
+        Ok(Some(Self { positions, colors, uvs, indices, mode, surface, residual: *residual }))
     }
 
     fn triangles(&self) -> usize {
@@ -144,7 +148,15 @@ impl<'a> Mesh<'a> {
         })
     }
 
-    fn corner(&self, number: u32) -> Vec3 {
+    fn corner(&self, number: u32) -> Corner {
+        let at = number as usize;
+        let color = self.colors.as_ref().map_or([1.0; 4], |colors| colors.vector(at, [1.0; 4]));
+        let [u, v, ..] = self.uvs.as_ref().map_or([0.0; 4], |uvs| uvs.vector(at, [0.0; 4]));
+        let uv = self.surface.transform.transform_point2(Vec2::new(u, v));
+        Corner { p: self.position(number), uv, color: Vec4::from(color) }
+    }
+
+    fn position(&self, number: u32) -> Vec3 {
         let [x, y, z, _] = self.positions.vector(number as usize, [0.0; 4]);
         let corner = Vec3::new(x, y, z);
         if self.residual == DAffine3::IDENTITY {
@@ -159,42 +171,6 @@ impl<'a> Mesh<'a> {
         let mut pairs = turned(one).into_iter().flat_map(|one| turned(other).map(|other| (one, other)));
         let ([a, b, c], [_, _, d]) = pairs.find(|([a, _, c], [x, y, _])| a == x && c == y)?;
         let quad = [a, b, c, d];
-        (b != d && is_flat_and_convex(quad.map(|number| self.corner(number)))).then_some(quad)
+        (b != d && is_flat_and_convex(quad.map(|number| self.position(number)))).then_some(quad)
     }
-
-    fn color(&self, numbers: &[u32]) -> u32 {
-        let base = self.material.map_or([1.0; 4], |of| of.pbr_metallic_roughness.base_color_factor.0);
-        let mut color = base;
-        if let Some(colors) = &self.colors {
-            let mut sum = [0.0; 4];
-            for &number in numbers {
-                let of_vertex = colors.vector(number as usize, [1.0; 4]);
-                sum.iter_mut().zip(of_vertex).for_each(|(sum, part)| *sum += part);
-            }
-            color.iter_mut().zip(sum).for_each(|(part, sum)| *part *= sum / numbers.len() as f32);
-        }
-        let [r, g, b, a] = color;
-        let alpha =
-            match self.material.map(|of| (of.alpha_mode, of.alpha_cutoff)) {
-                Some((Checked::Valid(AlphaMode::Blend), _)) => a,
-                Some((Checked::Valid(AlphaMode::Mask), cutoff)) => {
-                    if a >= cutoff.map_or(0.5, |cutoff| cutoff.0) { 1.0 } else { 0.0 }
-                }
-                _ => 1.0,
-            };
-        let byte = |part: f32| (part.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let srgb = |part: f32| byte(srgb_from_linear(part));
-        u32::from_be_bytes([srgb(r), srgb(g), srgb(b), byte(alpha)])
-    }
-}
-
-/// The channels of a colour in a recording: red, green, blue, opacity.
-pub(super) fn channels(color: u32) -> (f32, f32, f32, f32) {
-    let [r, g, b, a] = color.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
-    (r, g, b, a)
-}
-
-/// A colour rounded to 16 steps a channel.
-pub(super) fn rounded(color: u32) -> u32 {
-    u32::from_be_bytes(color.to_be_bytes().map(|byte| ((u16::from(byte) + 8) / 17 * 17) as u8))
 }

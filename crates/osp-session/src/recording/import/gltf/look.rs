@@ -5,9 +5,10 @@ use gltf_json::{camera, extensions::scene::khr_lights_punctual as lights, mesh::
 
 use super::{
     container::File,
+    extensions,
     nodes::{Seen, similarity},
 };
-use crate::recording::{Camera, Environment, Header};
+use crate::recording::{Camera, Environment, Header, import::texture::srgb_from_linear};
 
 /// Ambient light, which glTF does not store, like the sky. The values are those of a new sketch.
 const AMBIENT: f32 = 0.392;
@@ -20,7 +21,7 @@ pub(super) fn source(file: &File) -> String {
 }
 
 /// Sets the camera, the lights and the list of missing contents in the header.
-pub(super) fn fill(file: &File, seen: &[Seen], header: &mut Header) {
+pub(super) fn fill(file: &File, seen: &[Seen], lost: &[String], header: &mut Header) {
     let mut left_out = Vec::new();
     let mut cameras = 0;
     for (place, number) in seen.iter().filter_map(|place| Some((place, place.camera?))) {
@@ -60,7 +61,6 @@ pub(super) fn fill(file: &File, seen: &[Seen], header: &mut Header) {
         "light that is not one of the two brightest directional ones",
         "lights that are not among the two brightest directional ones",
     );
-    leave_out(root.textures.len(), "texture", "textures");
     leave_out(
         root.skins.len(),
         "skin (meshes are shown as they lie in the file)",
@@ -78,7 +78,9 @@ pub(super) fn fill(file: &File, seen: &[Seen], header: &mut Header) {
     leave_out(root.scenes.len().saturating_sub(1), "other scene", "other scenes");
     let single = root.materials.iter().filter(|material| !material.double_sided).count();
     leave_out(single, "material's single side (both are drawn)", "materials' single side (both are drawn)");
-    header.left_out = left_out;
+    left_out.extend(extensions::not_shown(root));
+    left_out.extend_from_slice(lost);
+    header.left_out.extend(left_out);
 }
 
 fn pose(place: &Seen, camera: &camera::Camera) -> Option<Camera> {
@@ -140,12 +142,4 @@ fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
         reflection: 0.3,
         ..Environment::default()
     }
-}
-
-/// A linear colour channel, converted to sRGB, 0 to 1.
-pub(super) fn srgb_from_linear(linear: f32) -> f32 {
-    let linear = f64::from(linear.clamp(0.0, 1.0));
-    let srgb =
-        if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 };
-    srgb as f32
 }

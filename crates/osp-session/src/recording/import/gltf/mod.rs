@@ -5,9 +5,9 @@
 //! Two consecutive coplanar triangles that share an edge become one quad, which looks the same. Axes and units need no
 //! conversion (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has a uniform
 //! scale. The rest of a node's transform (non-uniform scale, mirror, shear) is applied to the vertices of the node and
-//! its descendants. Colours are the base colour times the vertices' mean colour. A stroke has the polygons of one
-//! colour in one primitive. The first camera becomes the session's view. Directional lights become the session's
-//! [`Environment`](crate::recording::Environment). Textures, skins, animations, points and lines are skipped, and the
+//! its descendants. The colour of a polygon is that of its material, texture and vertices
+//! ([`paint`](super::paint)). A stroke has the polygons of one opacity in one primitive. The first camera becomes the session's view. Directional lights become the session's
+//! [`Environment`](crate::recording::Environment). Skins, animations, points and lines are skipped, and the
 //! header lists them.
 //!
 //! The JSON types are those of the crate `gltf`. Every number is checked where it is used, because the crate's own
@@ -15,9 +15,12 @@
 
 mod accessor;
 mod container;
+mod extensions;
 mod faces;
 mod look;
 mod nodes;
+mod packed;
+mod surfaces;
 pub(super) mod uri;
 
 use std::{
@@ -28,10 +31,15 @@ use std::{
 pub(super) use self::container::{MAGIC, files_beside, is_json};
 use self::{
     container::File,
-    faces::{Faces, Polygon},
+    faces::Faces,
     nodes::Planned,
+    surfaces::Surfaces,
 };
-use super::session_name;
+use super::{
+    far_from_origin,
+    paint::{Painted, Splitter},
+    session_name,
+};
 use crate::recording::{
     Author, Event, EventSource, Header, Notes, OpenOptions, Session, StrokeId,
     error::{Mismatch, Result},
@@ -39,21 +47,24 @@ use crate::recording::{
 };
 
 const CHUNK: usize = 1 << 14;
-/// Largest number of colours of a primitive that are stored exactly. With more colours, each channel is rounded to 16
-/// steps, so that a painted mesh does not become a stroke for each of its triangles.
-const MOST_COLORS: usize = 1024;
 
 /// Opens a glTF file and its external buffers.
 pub(crate) fn open_gltf(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
     let file = File::read(input, &options.limits, &mut damage)?;
-    let nodes = nodes::plan(&file, &mut damage)?;
+    let nodes = nodes::plan(&file, &options.limits, &mut damage)?;
+    let surfaces = Surfaces::read(input, &file, &options.limits);
     let mut header = Header::new(session_name(path), look::source(&file));
-    look::fill(&file, &nodes.seen, &mut header);
+    look::fill(&file, &nodes.seen, &surfaces.lost, &mut header);
+    header.left_out.extend(far_from_origin(nodes.origin));
+    let triangles = nodes.planned.iter().filter_map(|node| node.mesh).map(|mesh| nodes::triangles(&file, mesh)).sum();
     let format = if file.is_binary { "glb" } else { "gltf" };
     let source = Gltf {
         file,
+        surfaces,
+        splitter: Splitter::new(triangles, &options.limits),
+        polygons: 0,
         damage,
         nodes: nodes.planned.into_iter(),
         at: None,
@@ -77,6 +88,10 @@ impl Damage {
 
 struct Gltf {
     file: File,
+    surfaces: Surfaces,
+    splitter: Splitter,
+    /// Number of polygons so far.
+    polygons: u64,
     damage: Damage,
     nodes: std::vec::IntoIter<Planned>,
     at: Option<Part>,
@@ -89,7 +104,8 @@ struct Part {
     node: Planned,
     primitive: usize,
     faces: Option<Faces>,
-    strokes: HashMap<u32, StrokeId>,
+    /// The stroke of each opacity.
+    strokes: HashMap<u8, StrokeId>,
 }
 
 impl Gltf {
@@ -115,7 +131,10 @@ impl Gltf {
         let Some(primitive) = described.primitives.get(number) else { return Ok(true) };
         let mut faces = part.faces.take().unwrap_or_default();
         let mut polygons = Vec::new();
-        let outcome = faces.decode(&self.file, primitive, &part.node.residual, CHUNK, &mut polygons);
+        let outcome = {
+            let look = (&self.surfaces, &mut self.splitter);
+            faces.decode(&self.file, look, primitive, &part.node.residual, CHUNK, &mut polygons)
+        };
         let is_done = outcome.as_ref().is_ok_and(|more| !more) || outcome.is_err();
         self.push_polygons(&mut part, polygons);
         if let Some(fault) = outcome.err().or_else(|| faces.fault.take()) {
@@ -133,34 +152,40 @@ impl Gltf {
         Ok(true)
     }
 
-    fn push_polygons(&mut self, part: &mut Part, mut polygons: Vec<Polygon>) {
-        let mut colors: Vec<u32> = polygons.iter().map(|polygon| polygon.color).collect();
-        colors.sort_unstable();
-        colors.dedup();
-        let new = colors.iter().filter(|color| !part.strokes.contains_key(color)).count();
-        if part.strokes.len() + new > MOST_COLORS {
-            polygons.iter_mut().for_each(|polygon| polygon.color = faces::rounded(polygon.color));
-        }
-        // Polygons are sorted by colour, because each colour becomes a stroke. The sort is stable, so a stroke's
-        // polygons keep their order.
-        polygons.sort_by_key(|polygon| polygon.color);
-        for polygon in polygons {
-            let color = faces::channels(polygon.color);
-            let known = part.strokes.get(&polygon.color).copied();
+    fn push_polygons(&mut self, part: &mut Part, polygons: Vec<Painted>) {
+        self.polygons += polygons.len() as u64;
+        for Painted { corners, color } in polygons {
+            let [r, g, b, a] = color.map(|byte| f32::from(byte) / 255.0);
+            let known = part.strokes.get(&color[3]).copied();
             let stroke = known.unwrap_or(StrokeId(self.next_stroke));
             self.queue.push_back(Event::Polygon {
                 author: Author::SOLE,
                 t: 0.0,
                 stroke: Some(stroke),
-                vertices: polygon.corners,
-                color,
+                vertices: corners,
+                color: (r, g, b, a),
             });
             if known.is_none() {
                 self.next_stroke += 1;
-                part.strokes.insert(polygon.color, stroke);
+                part.strokes.insert(color[3], stroke);
                 self.queue.push_back(part.node.group_event(vec![stroke]));
             }
         }
+    }
+
+    /// Ends the reading. A model without polygons is an error, because nothing could be shown.
+    fn finish(&mut self) -> Result<()> {
+        self.is_over = true;
+        let path = &self.file.path;
+        if self.polygons == 0 && self.splitter.dropped == 0 && !self.damage.is_lenient {
+            let found = format!("none in {} meshes", self.file.root.meshes.len());
+            return Err(Mismatch::new("triangles in the nodes of the scene", found).in_file(path));
+        }
+        let lost = self.splitter.lost();
+        if !lost.is_empty() {
+            self.damage.notes.warnings.push(format!("{}: not shown: {}", path.display(), lost.join("; ")));
+        }
+        Ok(())
     }
 }
 
@@ -172,7 +197,7 @@ impl EventSource for Gltf {
             }
             match self.fill() {
                 Ok(true) => {}
-                Ok(false) => self.is_over = true,
+                Ok(false) => self.finish()?,
                 Err(error) => {
                     self.is_over = true;
                     return Err(error);

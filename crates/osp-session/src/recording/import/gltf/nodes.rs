@@ -1,13 +1,15 @@
 //! Converts the tree of nodes to nested groups.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
-use gltf_json::scene::Node;
+use std::collections::HashMap;
 
-use super::{Damage, container::File};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
+use gltf_json::{mesh::Semantic, scene::Node, validation::Checked};
+
+use super::{Damage, accessor::Elements, container::File, extensions};
 use crate::recording::{
-    Author, Event, GroupId, StrokeId, Transform,
+    Author, Event, GroupId, Limits, StrokeId, Transform,
     error::{Mismatch, Result},
-    import::axes,
+    import::{axes, group_name, origin_of},
 };
 
 /// Largest depth of nested groups. The mesh of a deeper node belongs to the group of an ancestor.
@@ -45,6 +47,11 @@ pub(super) struct Seen {
 pub(super) struct Nodes {
     pub(super) planned: Vec<Planned>,
     pub(super) seen: Vec<Seen>,
+    /// The point that becomes the origin, metres.
+    pub(super) origin: DVec3,
+    /// The number of the next group that is no node of the file.
+    next_group: u32,
+    most_instances: usize,
 }
 
 #[derive(Clone, Copy)]
@@ -58,12 +65,21 @@ struct Visit {
 }
 
 /// Plans the nodes of the file's default scene, parents first.
-pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes> {
+pub(super) fn plan(file: &File, limits: &Limits, damage: &mut Damage) -> Result<Nodes> {
+    let planned = plan_at(file, DVec3::ZERO, limits, damage)?;
+    let [min, max] = planned.bounds(file);
+    let origin = origin_of(min, max);
+    if origin == DVec3::ZERO { Ok(planned) } else { plan_at(file, origin, limits, damage) }
+}
+
+fn plan_at(file: &File, origin: DVec3, limits: &Limits, damage: &mut Damage) -> Result<Nodes> {
     let nodes = &file.root.nodes;
     let has_mesh = having_meshes(nodes);
-    let mut out = Nodes { planned: Vec::new(), seen: Vec::new() };
+    let (next_group, most_instances) = (nodes.len() as u32, limits.strokes() as usize);
+    let mut out = Nodes { planned: Vec::new(), seen: Vec::new(), origin, next_group, most_instances };
     let mut is_visited = vec![false; nodes.len()];
-    let (residual, world) = (DAffine3::IDENTITY, DAffine3::IDENTITY);
+    let world = DAffine3::from_translation(-origin);
+    let residual = world;
     let visit = |node| Visit { node, above: None, depth: 0, residual, world };
     let mut stack: Vec<Visit> = roots(file).into_iter().rev().map(visit).collect();
     while let Some(visit) = stack.pop() {
@@ -79,6 +95,11 @@ pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes> {
         }
         is_visited[node] = true;
         let described = &nodes[node];
+        let extensions = described.extensions.as_ref().map(|of| &of.others);
+        let visible = extensions.and_then(|of| of.get(extensions::VISIBLE)?.get("visible")?.as_bool());
+        if visible == Some(false) {
+            continue;
+        }
         let local = local_transform(described);
         let world = visit.world * local;
         out.note_seen(described, world);
@@ -139,15 +160,110 @@ impl Nodes {
         };
         below.above = Some(self.planned.len());
         let (name, residual) = (name_of(file, described), below.residual);
-        self.planned.push(Planned { group, parent, name, to, mesh, residual });
+        let instances = match self.instances(file, described) {
+            Ok(instances) => instances,
+            Err(fault) => {
+                let found = format!("{} in the instances of node {}", fault.found, at.node);
+                damage.note(&file.path, Mismatch { found, ..fault })?;
+                None
+            }
+        };
+        let own = mesh.filter(|_| instances.is_none());
+        self.planned.push(Planned { group, parent, name, to, mesh: own, residual });
+        for instance in instances.into_iter().flatten() {
+            let copy = GroupId(self.next_group);
+            self.next_group += 1;
+            let residual = residual * instance;
+            self.planned.push(Planned { group: copy, parent: Some(group), name: None, to: None, mesh, residual });
+        }
         Ok(below)
     }
+
+    /// The transforms of a node's copies; `None` for a node without the extension.
+    fn instances(&self, file: &File, node: &Node) -> Result<Option<Vec<DAffine3>>, Mismatch> {
+        let extension = node.extensions.as_ref().and_then(|of| of.others.get(extensions::INSTANCES));
+        let Some(attributes) = extension.and_then(|of| of.get("attributes")) else { return Ok(None) };
+        let elements = |name: &str, width: usize| {
+            let accessor = attributes.get(name).and_then(|of| usize::try_from(of.as_u64()?).ok());
+            let elements = accessor.map(|accessor| Elements::new(file, accessor)).transpose()?;
+            match elements {
+                Some(elements) if elements.width != width => {
+                    Err(Mismatch::new(format!("{name} of {width} numbers"), elements.width.to_string()))
+                }
+                elements => Ok(elements),
+            }
+        };
+        let places = elements("TRANSLATION", 3)?;
+        let turns = elements("ROTATION", 4)?;
+        let scales = elements("SCALE", 3)?;
+        let count = [&places, &turns, &scales].into_iter().flatten().map(Elements::len).min().unwrap_or_default();
+        if count > self.most_instances {
+            return Err(Mismatch::new(format!("at most {} copies", self.most_instances), count.to_string()));
+        }
+        let of = |elements: &Option<Elements<'_>>, at: usize, usual: [f32; 4]| {
+            elements.as_ref().map_or(usual, |elements| elements.vector(at, usual)).map(f64::from)
+        };
+        let instance = |at: usize| {
+            let [x, y, z, _] = of(&places, at, [0.0; 4]);
+            let [sx, sy, sz, _] = of(&scales, at, [1.0; 4]);
+            let turn = DQuat::from_array(of(&turns, at, [0.0, 0.0, 0.0, 1.0]));
+            let turn = if turn.length_squared() > 0.0 { turn.normalize() } else { DQuat::IDENTITY };
+            DAffine3::from_scale_rotation_translation(DVec3::new(sx, sy, sz), turn, DVec3::new(x, y, z))
+        };
+        Ok(Some((0..count).map(instance).collect()))
+    }
+
+    /// The box of all meshes in world space, by the bounds that the accessors state.
+    fn bounds(&self, file: &File) -> [DVec3; 2] {
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut worlds: HashMap<GroupId, DAffine3> = HashMap::new();
+        for node in &self.planned {
+            let above = node.parent.and_then(|parent| worlds.get(&parent)).copied().unwrap_or_default();
+            let own = node.to.map_or(DAffine3::IDENTITY, |Transform { p, q, s }| {
+                DAffine3::from_scale_rotation_translation(DVec3::splat(s.into()), q.as_dquat(), p.as_dvec3())
+            });
+            let world = above * own;
+            worlds.entry(node.group).or_insert(world);
+            let mesh = node.mesh.and_then(|mesh| file.root.meshes.get(mesh));
+            for primitive in mesh.iter().flat_map(|mesh| &mesh.primitives) {
+                let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+                let accessor = positions.and_then(|of| file.root.accessors.get(of.value()));
+                let ends = accessor.map(|of| [&of.min, &of.max].map(|end| corner(end.as_ref())));
+                let Some([Some(low), Some(high)]) = ends else { continue };
+                for i in 0..8 {
+                    let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                    let p = (world * node.residual).transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+                    (min, max) = (min.min(p), max.max(p));
+                }
+            }
+        }
+        [min, max]
+    }
+}
+
+fn corner(numbers: Option<&gltf_json::Value>) -> Option<DVec3> {
+    let numbers: Vec<f64> = numbers?.as_array()?.iter().filter_map(gltf_json::Value::as_f64).collect();
+    (numbers.len() == 3).then(|| DVec3::from_slice(&numbers))
+}
+
+/// Number of triangles of a mesh, as its accessors state them.
+pub(super) fn triangles(file: &File, mesh: usize) -> u64 {
+    let primitives = file.root.meshes.get(mesh).into_iter().flat_map(|mesh| &mesh.primitives);
+    let corners = primitives.filter_map(|primitive| {
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        let accessor = primitive.indices.or(positions.copied())?;
+        Some(file.root.accessors.get(accessor.value())?.count.0)
+    });
+    corners.sum::<u64>() / 3
 }
 
 /// Returns the roots of the file's default scene, or all nodes without a parent.
 fn roots(file: &File) -> Vec<usize> {
     let number = file.root.scene.map_or(0, |scene| scene.value());
-    if let Some(scene) = file.root.scenes.get(number) {
+    let scenes = &file.root.scenes;
+    // An empty scene stands for the first that has something.
+    let other = || scenes.iter().find(|scene| !scene.nodes.is_empty());
+    if let Some(scene) = scenes.get(number).filter(|scene| !scene.nodes.is_empty()).or_else(other) {
         return scene.nodes.iter().map(|node| node.value()).collect();
     }
     let mut is_child = vec![false; file.root.nodes.len()];
@@ -184,9 +300,7 @@ fn having_meshes(nodes: &[Node]) -> Vec<bool> {
 fn name_of(file: &File, node: &Node) -> Option<String> {
     let mesh = || node.mesh.and_then(|mesh| file.root.meshes.get(mesh.value())?.name.as_deref());
     let name = node.name.as_deref().filter(|name| !name.is_empty()).or_else(mesh)?;
-    let end =
-        (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev().find(|&end| name.is_char_boundary(end))?;
-    Some(name[..end].to_owned())
+    Some(group_name(name))
 }
 
 fn local_transform(node: &Node) -> DAffine3 {
