@@ -108,7 +108,7 @@ impl Played {
             }
         };
         let (read_session, read) = ReadSession::of(session.header.clone(), &mut session, *pace, keep, note);
-        session.warn();
+        session.warn_losses();
         read?;
         let (header, summary) = (read_session.header.clone(), read_session.summary);
         let last = frame.number(file, &summary, *pace)?;

@@ -45,7 +45,7 @@ impl ReadSession {
     ) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
         let (read_session, read) = Self::of(session.header.clone(), &mut session, pace, keep, |_, _| {});
-        session.warn();
+        session.warn_losses();
         read?;
         Ok(read_session)
     }

@@ -9,7 +9,11 @@ use std::{
 use anyhow::Context;
 use indicatif::ProgressBar;
 
-use super::{output::warn, progress, reading::ReadArgs};
+use super::{
+    output::{one_line, warn},
+    progress,
+    reading::ReadArgs,
+};
 use osp_session::recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError};
 
 /// Largest number of events in a batch from the reading thread.
@@ -100,6 +104,18 @@ impl OpenSession {
     /// Prints the reader's warnings. They are complete after the last event.
     pub(super) fn warn(&self) {
         self.notes.warnings.iter().for_each(|warning| warn(&format!("warning: {warning}")));
+    }
+
+    /// The parts of the session that are not shown, in one line.
+    pub(super) fn not_shown(&self) -> Option<String> {
+        let parts = self.header.left_out.join("; ");
+        (!parts.is_empty()).then(|| format!("{}: not shown: {}", self.path.display(), one_line(&parts)))
+    }
+
+    /// Prints the parts that are not shown, and the reader's warnings.
+    pub(super) fn warn_losses(&self) {
+        self.not_shown().iter().for_each(|line| warn(&format!("warning: {line}")));
+        self.warn();
     }
 
     /// Returns the reader's remarks. They are complete after the last event.

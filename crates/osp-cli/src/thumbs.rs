@@ -49,5 +49,5 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
     let image = drawer.image()?;
     output.write_by(|file| image.write_png_to(file))?;
-    Ok(session.notes().warnings.clone())
+    Ok(session.not_shown().into_iter().chain(session.notes().warnings.iter().cloned()).collect())
 }
