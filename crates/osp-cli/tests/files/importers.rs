@@ -19,6 +19,7 @@ mod left_out;
 mod limits;
 mod messages;
 mod metadata;
+mod models;
 mod tilt;
 mod values;
 mod written;

@@ -5,8 +5,8 @@ use std::{
 };
 
 use super::{
-    MemoryFiles, OpenOptions, Place, RecordingError, RonReader, Session, error::beyond, import::BYTE_ORDER_MARK,
-    input::Input,
+    MemoryFiles, OpenOptions, Place, RecordingError, RonReader, Session, error::beyond,
+    import::BYTE_ORDER_MARK, input::Input,
 };
 use crate::platform::fs::{File, has_ending};
 
@@ -156,7 +156,10 @@ fn describe(start: &[u8]) -> String {
 /// What a file is, whatever its name says, if its first bytes are those of no session.
 fn foreign(start: &[u8]) -> Option<&'static str> {
     const KNOWN: [(&[u8], &str); 13] = [
-        (b"version https://git-lfs", "a pointer of Git LFS in place of the file (`git lfs pull` gets the file)"),
+        (
+            b"version https://git-lfs",
+            "a pointer of Git LFS in place of the file (`git lfs pull` gets the file)",
+        ),
         (b"<!doctype html", "a page of HTML, as from a failed download"),
         (b"<html", "a page of HTML, as from a failed download"),
         (b"\xFF\xFE", "text in UTF-16 (save it as UTF-8)"),

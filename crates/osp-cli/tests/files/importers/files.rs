@@ -292,7 +292,7 @@ pub(crate) const POSES: &str = "# time_s x y z qw qx qy qz\n\
     10.51 0.1 0.2 0.5 1 0 0 0\n\
     10.52 0.9 0.2 0.5 1 0 0 0\n";
 
-pub(crate) const OBJ: &str = "# a cube's corner\nmtllib x.mtl\no thing\n\
+pub(crate) const OBJ: &str = "# a cube's corner\ns off\no thing\n\
     v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0 1.0\nvt 0 0\nvn 0 0 1\n\
     f 1 2 3\nf 1/1 2/1 3/1 4/1\nusemtl wall\nf 1//1 2//1 3//1\nf -4/1/1 -3/1/1 \\\n-2/1/1\n";
 

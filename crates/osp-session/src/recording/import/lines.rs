@@ -117,7 +117,12 @@ impl LineReader {
     }
 
     /// Does the same for another line.
-    pub(super) fn damaged_in(&mut self, line: u64, expected: impl Display, found: impl Display) -> Result<()> {
+    pub(super) fn damaged_in(
+        &mut self,
+        line: u64,
+        expected: impl Display,
+        found: impl Display,
+    ) -> Result<()> {
         let error = Mismatch::new(expected.to_string(), found.to_string()).in_line(&self.path, line);
         self.done = !self.is_lenient;
         self.notes.skip(self.is_lenient, error, "the line")

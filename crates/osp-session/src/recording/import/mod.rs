@@ -77,15 +77,17 @@ const FAR_M: f64 = 8192.0;
 /// and does not surround the origin.
 fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
     let middle = (min + max) * 0.5;
-    let is_far = middle.abs().max_element() >= FAR_M && (min.cmpgt(DVec3::ZERO) | max.cmplt(DVec3::ZERO)).any();
+    let is_far =
+        middle.abs().max_element() >= FAR_M && (min.cmpgt(DVec3::ZERO) | max.cmplt(DVec3::ZERO)).any();
     if is_far { middle.round() } else { DVec3::ZERO }
 }
 
 /// What `osp info` says of a model that was moved.
 fn far_from_origin(origin: DVec3) -> Option<String> {
     let DVec3 { x, y, z } = origin;
-    (origin != DVec3::ZERO)
-        .then(|| format!("the model's distance from the origin: its point ({x} {y} {z}) m lies at the origin here"))
+    (origin != DVec3::ZERO).then(|| {
+        format!("the model's distance from the origin: its point ({x} {y} {z}) m lies at the origin here")
+    })
 }
 
 /// The name that a session gets from its file: the file's name without its extensions.

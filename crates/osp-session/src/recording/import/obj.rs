@@ -52,6 +52,7 @@ pub(crate) fn open_obj(input: Input<'_>, options: &OpenOptions) -> Result<Sessio
         uvs: Vec::new(),
         at: State::default(),
         groups: HashMap::new(),
+        node: None,
         strokes: HashMap::new(),
         late: VecDeque::new(),
         queue: VecDeque::new(),
@@ -160,6 +161,9 @@ struct State {
     material: Option<usize>,
 }
 
+/// A group and its parent.
+type Node = (GroupId, Option<GroupId>);
+
 struct Obj {
     lines: LineReader,
     materials: Materials,
@@ -169,7 +173,10 @@ struct Obj {
     colors: Vec<Option<[u8; 3]>>,
     uvs: Vec<Vec2>,
     at: State,
-    groups: HashMap<(Option<String>, Option<String>), (GroupId, Option<GroupId>)>,
+    /// The groups by the names of object and group.
+    groups: HashMap<[Option<String>; 2], Node>,
+    /// The group of the current names, if it is known.
+    node: Option<Option<Node>>,
     /// The stroke of a group, a material and an opacity.
     strokes: HashMap<(Option<GroupId>, Option<usize>, u8), StrokeId>,
     /// Faces with vertices that do not exist yet, with their lines.
@@ -227,8 +234,11 @@ impl Obj {
                 self.uvs.push(Vec2::new(u, 1.0 - v));
             }
             "f" | "fo" => self.read_face(line, rest)?,
-            "o" => self.at = State { object: name(), group: None, ..std::mem::take(&mut self.at) },
-            "g" => self.at.group = name(),
+            "o" => {
+                (self.node, self.at) =
+                    (None, State { object: name(), group: None, ..std::mem::take(&mut self.at) })
+            }
+            "g" => (self.node, self.at.group) = (None, name()),
             "usemtl" => self.at.material = self.materials.number_of(rest),
             "mtllib" => self.materials.read(rest),
             _ => {
@@ -283,14 +293,21 @@ impl Obj {
                     return Ok(());
                 }
                 let found = format!("corner {number} in {}", shown(line));
-                return Err(Mismatch { expected: format!("corners from 1 to {count} or from -{count} to -1"), found });
+                return Err(Mismatch {
+                    expected: format!("corners from 1 to {count} or from -{count} to -1"),
+                    found,
+                });
             };
             let uv = numbers.next().and_then(|number| number.parse::<i64>().ok());
             let uv = uv.and_then(|number| self.uvs.get(place(number, self.uvs.len())?).copied());
             let color = self.colors.get(at).copied().flatten();
             colors += usize::from(color.is_some());
             let [r, g, b] = color.unwrap_or([255; 3]).map(linear_of);
-            corners.push(Corner { p: self.positions[at], uv: uv.unwrap_or_default(), color: Vec4::new(r, g, b, 1.0) });
+            corners.push(Corner {
+                p: self.positions[at],
+                uv: uv.unwrap_or_default(),
+                color: Vec4::new(r, g, b, 1.0),
+            });
             if corners.len() > Event::MAX_VERTICES {
                 break;
             }
@@ -323,20 +340,31 @@ impl Obj {
     }
 
     /// The current group and its parent. A new group is announced.
-    fn group(&mut self) -> Option<(GroupId, Option<GroupId>)> {
+    fn group(&mut self) -> Option<Node> {
+        if let Some(known) = self.node {
+            return known;
+        }
         let State { object, group, .. } = &self.at;
         let mut parent = None;
         // Many programs write the name of an object again as that of its only group.
         let inner = group.as_ref().filter(|group| object.as_ref() != Some(*group));
-        for (name, key) in [(object.as_ref(), (object.clone(), None)), (inner, (object.clone(), inner.cloned()))] {
+        for (name, key) in
+            [(object.as_ref(), [object.clone(), None]), (inner, [object.clone(), inner.cloned()])]
+        {
             let Some(name) = name else { continue };
             let next = GroupId(self.groups.len() as u32);
             let (id, _) = *self.groups.entry(key).or_insert_with(|| {
-                self.queue.push_back(grouping(next, parent.map(|(id, _)| id), Vec::new(), Some(group_name(name))));
+                self.queue.push_back(grouping(
+                    next,
+                    parent.map(|(id, _)| id),
+                    Vec::new(),
+                    Some(group_name(name)),
+                ));
                 (next, parent.map(|(id, _)| id))
             });
             parent = Some((id, parent.map(|(id, _)| id)));
         }
+        self.node = Some(parent);
         parent
     }
 
@@ -344,7 +372,7 @@ impl Obj {
     fn finish(&mut self) -> Result<()> {
         self.is_over = true;
         while let Some((number, line, state)) = self.late.pop_front() {
-            self.at = state;
+            (self.node, self.at) = (None, state);
             let rest = line.split_once('#').map_or(&*line, |(text, _)| text).trim_ascii();
             let rest = rest.split_once(|c: char| c.is_ascii_whitespace()).map_or("", |(_, rest)| rest);
             if let Err(Mismatch { expected, found }) = self.read_face(&line, rest) {

@@ -76,7 +76,14 @@ impl Materials {
     }
 
     pub(super) fn look(&self, number: Option<usize>) -> Look<'_> {
-        let plain = Look { base: PLAIN, texture: None, wrap: [Wrap::Repeat; 2], alpha: Alpha::Opaque, emission: Vec3::ZERO, glow: None };
+        let plain = Look {
+            base: PLAIN,
+            texture: None,
+            wrap: [Wrap::Repeat; 2],
+            alpha: Alpha::Opaque,
+            emission: Vec3::ZERO,
+            glow: None,
+        };
         let Some(material) = number.and_then(|number| self.all.get(number)) else { return plain };
         let texture = material.texture.as_ref();
         let diffuse = match material.diffuse {
@@ -91,7 +98,14 @@ impl Materials {
             (false, true) => Alpha::Blend,
             (false, false) => Alpha::Opaque,
         };
-        Look { base: diffuse.extend(opacity), texture, wrap: material.wrap, alpha, emission: material.emission, glow: None }
+        Look {
+            base: diffuse.extend(opacity),
+            texture,
+            wrap: material.wrap,
+            alpha,
+            emission: material.emission,
+            glow: None,
+        }
     }
 
     /// Reads the files that a line names. A name may have spaces.
@@ -105,7 +119,8 @@ impl Materials {
         for name in files {
             let found = find(self.model.input(), name);
             let options = OpenOptions { lenient: true, ..self.options };
-            let lines = found.and_then(|path| LineReader::open(self.model.input().beside(&path), &options).ok());
+            let lines =
+                found.and_then(|path| LineReader::open(self.model.input().beside(&path), &options).ok());
             match lines {
                 Some(lines) => self.read_lines(lines),
                 None => self.warn(format!("no materials {} beside it: their faces are grey", shown(name))),
@@ -119,7 +134,8 @@ impl Materials {
             let text = line.split_once('#').map_or(&*line, |(text, _)| text).trim_ascii();
             let (word, rest) = text.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((text, ""));
             let rest = rest.trim_ascii();
-            let numbers: Vec<f32> = rest.split_ascii_whitespace().filter_map(|field| field.parse().ok()).collect();
+            let numbers: Vec<f32> =
+                rest.split_ascii_whitespace().filter_map(|field| field.parse().ok()).collect();
             let color = match numbers[..] {
                 [r, g, b, ..] => Some(Vec3::new(r, g, b).map(linear_from_srgb)),
                 // One number stands for all three.
@@ -156,7 +172,9 @@ impl Materials {
                         (material.texture, material.is_masked) = (Some(texture), true);
                     }
                 }
-                _ if word.starts_with("map_") || matches!(word, "bump" | "norm" | "disp" | "decal" | "refl") => {
+                _ if word.starts_with("map_")
+                    || matches!(word, "bump" | "norm" | "disp" | "decal" | "refl") =>
+                {
                     self.other_maps += 1;
                 }
                 _ => {}
@@ -196,9 +214,10 @@ impl Materials {
             .ok_or_else(|| Mismatch::new("", "there is none beside the model"))
             .and_then(|path| {
                 let mut bytes = Vec::new();
-                let file = self.model.input().beside(&path).open().and_then(|file| {
-                    file.take(self.options.limits.piped_bytes()).read_to_end(&mut bytes)
-                });
+                let file =
+                    self.model.input().beside(&path).open().and_then(|file| {
+                        file.take(self.options.limits.piped_bytes()).read_to_end(&mut bytes)
+                    });
                 file.map_err(|error| Mismatch::new("", error.to_string()))?;
                 Texture::decode(&bytes, is_mask.then_some(0.5), &mut self.room)
             });

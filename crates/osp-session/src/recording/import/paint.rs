@@ -66,7 +66,8 @@ impl Look<'_> {
         };
         let texture = mean(self.texture);
         color *= texture;
-        let light = self.emission * if self.emission == Vec3::ZERO { Vec3::ONE } else { mean(self.glow).truncate() };
+        let light =
+            self.emission * if self.emission == Vec3::ZERO { Vec3::ONE } else { mean(self.glow).truncate() };
         let [r, g, b] = (color.truncate() + light).to_array().map(srgb_byte);
         let alpha = match (self.alpha, self.texture) {
             (Alpha::Opaque, _) => 1.0,
@@ -113,7 +114,9 @@ impl Splitter {
     pub(super) fn paint(&mut self, corners: &[Corner], look: &Look<'_>, out: &mut Vec<Painted>) {
         let first = out.len();
         self.left += self.each;
-        let is_even = look.texture.is_none() && look.glow.is_none() && corners.iter().all(|corner| corner.color == corners[0].color);
+        let is_even = look.texture.is_none()
+            && look.glow.is_none()
+            && corners.iter().all(|corner| corner.color == corners[0].color);
         let fan = |i: usize| [corners[0], corners[i], corners[i + 1]];
         let whole = |color| Painted { corners: corners.iter().map(|corner| corner.p).collect(), color };
         match corners.len() {
@@ -122,7 +125,9 @@ impl Splitter {
             3 => self.divide(&fan(1), look, 0, out),
             count => {
                 let halves: Vec<[u8; 4]> = (1..count - 1).map(|i| look.of(&fan(i))).collect();
-                if halves.iter().all(|half| fits(*half, halves[0])) && self.fits_inside(&fan(1), look, halves[0]) {
+                if halves.iter().all(|half| fits(*half, halves[0]))
+                    && self.fits_inside(&fan(1), look, halves[0])
+                {
                     out.push(whole(halves[0]));
                 } else if count == 4 {
                     (1..3).for_each(|i| self.divide(&fan(i), look, 0, out));
@@ -142,7 +147,11 @@ impl Splitter {
         if matches!(look.alpha, Alpha::Mask(_)) {
             let mut at = first;
             while at < out.len() {
-                if out[at].color[3] == 0 { out.swap_remove(at); } else { at += 1; }
+                if out[at].color[3] == 0 {
+                    out.swap_remove(at);
+                } else {
+                    at += 1;
+                }
             }
         }
         self.dropped += (before - out.len()) as u64;
@@ -150,9 +159,9 @@ impl Splitter {
 
     /// What the polygons lose, in words.
     pub(super) fn lost(&self) -> Vec<String> {
-        let counted = |count: u64, what: &str| (count > 0).then(|| format!("{what}: {count}"));
-        let mixed = counted(self.mixed, "polygons in the mean of several colours");
-        mixed.into_iter().chain(counted(self.dropped, "polygons that a mask hides")).collect()
+        let mixed =
+            (self.mixed > 0).then(|| format!("several colours of one polygon: {} polygons", self.mixed));
+        mixed.into_iter().collect()
     }
 
     fn divide(&mut self, corners: &[Corner; 3], look: &Look<'_>, depth: u32, out: &mut Vec<Painted>) {
@@ -182,7 +191,8 @@ fn quarters(corners: &[Corner; 3]) -> [[Corner; 3]; 4] {
 
 fn fits(one: [u8; 4], other: [u8; 4]) -> bool {
     // The colour of what cannot be seen does not matter.
-    (one[3] == 0 && other[3] == 0) || one.iter().zip(other).all(|(a, b)| (i32::from(*a) - i32::from(b)).abs() <= FITS)
+    (one[3] == 0 && other[3] == 0)
+        || one.iter().zip(other).all(|(a, b)| (i32::from(*a) - i32::from(b)).abs() <= FITS)
 }
 
 fn mean(colors: impl Iterator<Item = ([u8; 4], f32)>) -> [u8; 4] {

@@ -64,7 +64,8 @@ fn first_times(input: Input<'_>, options: &OpenOptions) -> [f64; 2] {
 /// The unit of time, seconds, by the first two times: since 1970, or of a step between two poses.
 fn unit_secs([first, second]: [f64; 2]) -> f64 {
     // 1e11 seconds are 3,000 years, 1e11 milliseconds 3 years. A tracker records a pose each 0.1 to 100 ms.
-    const UNITS: [(f64, f64, f64); 3] = [(1.0e17, 1.0e5, 1.0e-9), (1.0e14, 1.0e3, 1.0e-6), (1.0e11, f64::INFINITY, 1.0e-3)];
+    const UNITS: [(f64, f64, f64); 3] =
+        [(1.0e17, 1.0e5, 1.0e-9), (1.0e14, 1.0e3, 1.0e-6), (1.0e11, f64::INFINITY, 1.0e-3)];
     let step = second - first;
     let is_whole = first.fract() == 0.0 && second.fract() == 0.0;
     let is_in = |(since, steps, _): &(f64, f64, f64)| first >= *since || (is_whole && step >= *steps);
@@ -208,7 +209,9 @@ impl EventSource for Poses {
         let mut notes = self.lines.notes.clone();
         if self.unit_secs != 1.0 {
             let path = self.lines.path.display();
-            notes.warnings.push(format!("{path}: its times are read in units of {:e} seconds", self.unit_secs));
+            notes
+                .warnings
+                .push(format!("{path}: its times are read in units of {:e} seconds", self.unit_secs));
         }
         notes
     }

@@ -39,7 +39,6 @@ pub(super) struct Texture {
     levels: Vec<Level>,
 }
 
-
 #[derive(Debug)]
 struct Level {
     width: usize,
@@ -121,7 +120,8 @@ impl Texture {
     pub(super) fn mean(&self, uv: [Vec2; 3], wrap: [Wrap; 2]) -> Vec4 {
         let size = |level: &Level| Vec2::new(level.width as f32, level.height() as f32);
         let edges = [uv[1] - uv[0], uv[2] - uv[1], uv[0] - uv[2]];
-        let longest = |level: &&Level| edges.iter().map(|edge| (*edge * size(level)).length()).fold(0.0, f32::max);
+        let longest =
+            |level: &&Level| edges.iter().map(|edge| (*edge * size(level)).length()).fold(0.0, f32::max);
         let coarsest = self.levels.last();
         let Some(level) = self.levels.iter().find(|level| longest(level) <= LONGEST_EDGE).or(coarsest) else {
             return Vec4::ONE;

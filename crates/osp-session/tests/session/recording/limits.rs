@@ -9,7 +9,7 @@ const BEGIN: &str = "Begin(t:0,stroke:0,tool:Ribbon,width:0.1,color:(1,1,1,1))\n
 const POINT: &str = "Point(t:0,stroke:0,p:(0,0,0))\n";
 
 fn read(path: &Path, lenient: bool, limits: Limits) -> Outcome {
-    read_file(path, OpenOptions { lenient, limits })
+    read_file(path, OpenOptions { lenient, limits, ..OpenOptions::STRICT })
 }
 
 /// Reads all of `allowed`. Of `allowed` followed by `more` it reads the allowed part; checks the error about the rest.

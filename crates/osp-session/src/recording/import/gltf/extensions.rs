@@ -50,7 +50,8 @@ pub(super) fn changes_meshes(root: &Root, name: &str) -> bool {
 
 /// The extensions that would change what is seen, for the list of what is not shown.
 pub(super) fn not_shown(root: &Root) -> Option<String> {
-    let names: Vec<&str> = root.extensions_used.iter().map(String::as_str).filter(|of| !SHOWN.contains(of)).collect();
+    let names: Vec<&str> =
+        root.extensions_used.iter().map(String::as_str).filter(|of| !SHOWN.contains(of)).collect();
     let shown: Vec<String> = names.iter().take(16).map(|name| name.chars().take(60).collect()).collect();
     (!names.is_empty()).then(|| format!("the extensions {}", shown.join(", ")))
 }

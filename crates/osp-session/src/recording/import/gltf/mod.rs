@@ -29,12 +29,7 @@ use std::{
 };
 
 pub(super) use self::container::{MAGIC, files_beside, is_json};
-use self::{
-    container::File,
-    faces::Faces,
-    nodes::Planned,
-    surfaces::Surfaces,
-};
+use self::{container::File, faces::Faces, nodes::Planned, surfaces::Surfaces};
 use super::{
     far_from_origin,
     paint::{Painted, Splitter},
@@ -58,7 +53,8 @@ pub(crate) fn open_gltf(input: Input<'_>, options: &OpenOptions) -> Result<Sessi
     let mut header = Header::new(session_name(path), look::source(&file));
     look::fill(&file, &nodes.seen, &surfaces.lost, &mut header);
     header.left_out.extend(far_from_origin(nodes.origin));
-    let triangles = nodes.planned.iter().filter_map(|node| node.mesh).map(|mesh| nodes::triangles(&file, mesh)).sum();
+    let triangles =
+        nodes.planned.iter().filter_map(|node| node.mesh).map(|mesh| nodes::triangles(&file, mesh)).sum();
     let format = if file.is_binary { "glb" } else { "gltf" };
     let source = Gltf {
         file,
@@ -177,8 +173,9 @@ impl Gltf {
     fn finish(&mut self) -> Result<()> {
         self.is_over = true;
         let path = &self.file.path;
-        if self.polygons == 0 && self.splitter.dropped == 0 && !self.damage.is_lenient {
-            let found = format!("none in {} meshes", self.file.root.meshes.len());
+        if self.polygons == 0 && !self.damage.is_lenient {
+            let (meshes, dropped) = (self.file.root.meshes.len(), self.splitter.dropped);
+            let found = format!("none in {meshes} meshes, {dropped} behind masks");
             return Err(Mismatch::new("triangles in the nodes of the scene", found).in_file(path));
         }
         let lost = self.splitter.lost();

@@ -174,7 +174,14 @@ impl Nodes {
             let copy = GroupId(self.next_group);
             self.next_group += 1;
             let residual = residual * instance;
-            self.planned.push(Planned { group: copy, parent: Some(group), name: None, to: None, mesh, residual });
+            self.planned.push(Planned {
+                group: copy,
+                parent: Some(group),
+                name: None,
+                to: None,
+                mesh,
+                residual,
+            });
         }
         Ok(below)
     }
@@ -196,7 +203,8 @@ impl Nodes {
         let places = elements("TRANSLATION", 3)?;
         let turns = elements("ROTATION", 4)?;
         let scales = elements("SCALE", 3)?;
-        let count = [&places, &turns, &scales].into_iter().flatten().map(Elements::len).min().unwrap_or_default();
+        let count =
+            [&places, &turns, &scales].into_iter().flatten().map(Elements::len).min().unwrap_or_default();
         if count > self.most_instances {
             return Err(Mismatch::new(format!("at most {} copies", self.most_instances), count.to_string()));
         }

@@ -17,7 +17,9 @@ pub(super) fn unpack(file: &mut File) -> Vec<Mismatch> {
             Ok(bytes) => {
                 file.unpacked.insert(number, bytes);
             }
-            Err(fault) => faults.push(Mismatch { found: format!("{} in buffer view {number}", fault.found), ..fault }),
+            Err(fault) => {
+                faults.push(Mismatch { found: format!("{} in buffer view {number}", fault.found), ..fault })
+            }
         }
     }
     for mesh in 0..file.root.meshes.len() {
@@ -25,7 +27,10 @@ pub(super) fn unpack(file: &mut File) -> Vec<Mismatch> {
             let extensions = file.root.meshes[mesh].primitives[primitive].extensions.as_ref();
             let packed = extensions.and_then(|of| of.others.get(extensions::DRACO)).cloned();
             if let Some(Err(fault)) = packed.map(|packed| draco(file, mesh, primitive, &packed)) {
-                faults.push(Mismatch { found: format!("{} in mesh {mesh}, primitive {primitive}", fault.found), ..fault });
+                faults.push(Mismatch {
+                    found: format!("{} in mesh {mesh}, primitive {primitive}", fault.found),
+                    ..fault
+                });
             }
         }
     }
@@ -108,7 +113,8 @@ fn filter(bytes: &mut Vec<u8>, name: &str, stride: u64) -> Option<()> {
     match (name, stride) {
         ("" | "NONE", _) => {}
         ("OCTAHEDRAL", 4) => {
-            let mut normals: Vec<[i8; 4]> = bytes.as_chunks().0.iter().map(|of| of.map(|b: u8| b as i8)).collect();
+            let mut normals: Vec<[i8; 4]> =
+                bytes.as_chunks().0.iter().map(|of| of.map(|b: u8| b as i8)).collect();
             decode_filter_oct(&mut normals);
             *bytes = normals.into_iter().flatten().map(|b| b as u8).collect();
         }
@@ -134,7 +140,8 @@ fn filter(bytes: &mut Vec<u8>, name: &str, stride: u64) -> Option<()> {
             *bytes = colors.concat();
         }
         ("COLOR", 8) => {
-            let mut colors: Vec<[u16; 4]> = shorts(bytes).into_iter().map(|of| of.map(|c| c as u16)).collect();
+            let mut colors: Vec<[u16; 4]> =
+                shorts(bytes).into_iter().map(|of| of.map(|c| c as u16)).collect();
             decode_filter_color(&mut colors);
             *bytes = raw(colors.into_iter().map(|of| of.map(|c| c as i16)).collect());
         }
@@ -151,7 +158,8 @@ fn draco(file: &mut File, mesh: usize, primitive: usize, packed: &Value) -> Resu
         validation::{Checked, USize64},
     };
     let damaged = || Mismatch::new("a mesh packed by Draco", "a damaged one");
-    let view = number(packed, "bufferView").and_then(|view| usize::try_from(view).ok()).ok_or_else(damaged)?;
+    let view =
+        number(packed, "bufferView").and_then(|view| usize::try_from(view).ok()).ok_or_else(damaged)?;
     let mut decoded = draco_core::Mesh::new();
     let mut buffer = draco_core::DecoderBuffer::new(file.view(view)?);
     draco_core::MeshDecoder::new().decode(&mut buffer, &mut decoded).map_err(|_| damaged())?;
@@ -162,7 +170,9 @@ fn draco(file: &mut File, mesh: usize, primitive: usize, packed: &Value) -> Resu
         let Checked::Valid(name) = semantic else { continue };
         let id = number(&packed["attributes"], &name.to_string()).and_then(|id| u32::try_from(id).ok());
         let attribute = id.and_then(|id| decoded.attribute_by_unique_id(id));
-        let (Some(attribute), Some(old)) = (attribute, file.root.accessors.get(accessor.value())) else { continue };
+        let (Some(attribute), Some(old)) = (attribute, file.root.accessors.get(accessor.value())) else {
+            continue;
+        };
         let Checked::Valid(kind) = old.type_ else { continue };
         let most = match old.component_type {
             Checked::Valid(GenericComponentType(kind)) if old.normalized => match kind {

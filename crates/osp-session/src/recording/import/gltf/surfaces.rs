@@ -10,7 +10,10 @@ use gltf_json::{
     validation::Checked,
 };
 
-use super::{container::{File, read_beside}, uri};
+use super::{
+    container::{File, read_beside},
+    uri,
+};
 use crate::recording::{
     Limits,
     error::Mismatch,
@@ -66,7 +69,8 @@ impl Surfaces {
     /// Reads the materials, and decodes their textures.
     pub(super) fn read(input: Input<'_>, file: &File, limits: &Limits) -> Self {
         let mut of = Self::default();
-        let mut reader = Reader { input, file, known: HashMap::new(), room: Room::new(limits), faults: Vec::new() };
+        let mut reader =
+            Reader { input, file, known: HashMap::new(), room: Room::new(limits), faults: Vec::new() };
         for material in &file.root.materials {
             of.all.push(reader.surface(material, &mut of.textures));
         }
@@ -125,7 +129,8 @@ impl Reader<'_> {
             Some(old) => (old.diffuse_factor.0, old.diffuse_texture.as_ref()),
             None => (pbr.base_color_factor.0, pbr.base_color_texture.as_ref()),
         };
-        let strength = extensions.and_then(|of| of.emissive_strength.as_ref()).map_or(1.0, |of| of.emissive_strength.0);
+        let strength =
+            extensions.and_then(|of| of.emissive_strength.as_ref()).map_or(1.0, |of| of.emissive_strength.0);
         let cutoff = material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
         let alpha = match material.alpha_mode {
             Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
@@ -159,7 +164,8 @@ impl Reader<'_> {
             let [offset, scale] = [transform.offset.0, transform.scale.0].map(Vec2::from);
             let (sin, cos) = (libm::sinf(transform.rotation.0), libm::cosf(transform.rotation.0));
             let turn = glam::Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
-            of.transform = Affine2::from_translation(offset) * Affine2::from_mat2(turn) * Affine2::from_scale(scale);
+            of.transform =
+                Affine2::from_translation(offset) * Affine2::from_mat2(turn) * Affine2::from_scale(scale);
         }
         let sampler = self.file.root.textures.get(info.index.value()).and_then(|texture| texture.sampler);
         let sampler: Option<&Sampler> = sampler.and_then(|at| self.file.root.samplers.get(at.value()));

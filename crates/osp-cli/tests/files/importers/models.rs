@@ -1,0 +1,135 @@
+//! Models of other programs: what each becomes, or how it is refused. Files in `tests/files/models`.
+
+use std::path::{Path, PathBuf};
+
+use osp_session::{
+    recording::{Event, OpenOptions, Up, open},
+    scene::Scene,
+};
+
+use super::files::{gzip, read, write};
+
+fn path(name: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/files/models")).join(name)
+}
+
+fn scene_of(path: &Path, options: &OpenOptions) -> Scene {
+    let events: Vec<Event> = open(path, options).unwrap().map(Result::unwrap).collect();
+    let mut scene = Scene::new();
+    scene.apply_all(&events, &mut Vec::new());
+    assert_eq!(scene.counts().ignored_events, 0);
+    scene
+}
+
+/// Colours of all polygons in bytes, without repetitions.
+fn colors(scene: &Scene) -> Vec<[u8; 4]> {
+    let byte = |c: f32| (c * 255.0).round() as u8;
+    let mut all: Vec<[u8; 4]> =
+        scene.visible_ids().map(|id| scene.color(id)).map(|(r, g, b, a)| [r, g, b, a].map(byte)).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+fn size(scene: &Scene) -> glam::Vec3 {
+    let bounds = scene.visible_ids().map(|id| scene.bounds(id)).reduce(|a, b| a.union(&b)).unwrap();
+    bounds.max - bounds.min
+}
+
+#[test]
+fn models_have_their_polygons_and_sizes() {
+    let options = OpenOptions::STRICT;
+    for (name, polygons, expected) in [
+        ("bom_shift.obj", 3, [1.0, 1.0, 1.0]),
+        ("groups.obj", 2, [6.0, 1.0, 0.0]),
+        ("utm.obj", 600, [28.0, 28.0, 1.0]),
+        ("instancing.glb", 25 * 72, [7.0, 7.0, 0.1989]),
+        ("scene_no_nodes.gltf", 72, [1.0, 1.0, 0.1989]),
+        ("vrm.gltf", 72, [1.0, 1.0, 0.1989]),
+        ("lights_ibl.gltf", 72, [1.0, 1.0, 0.1989]),
+        ("animation_pointer.gltf", 72, [1.0, 1.0, 0.1989]),
+        #[cfg(feature = "render")]
+        ("meshopt.glb", 72, [1.0, 1.0, 0.1989]),
+        #[cfg(feature = "render")]
+        ("draco.glb", 72, [1.0, 1.0, 0.1989]),
+    ] {
+        let scene = scene_of(&path(name), &options);
+        assert_eq!(scene.visible_ids().count(), polygons, "{name}");
+        let found = size(&scene);
+        assert!(found.abs_diff_eq(expected.into(), 1.0e-4), "{name}: {found}");
+    }
+    let mut scene = scene_of(&path("groups.obj"), &options);
+    let names: Vec<_> = scene.group_tree().into_iter().map(|group| group.name).collect();
+    assert_eq!(names, [Some("chair".to_owned()), Some("table".to_owned())]);
+}
+
+#[test]
+fn models_have_their_colours() {
+    let of = |name: &str| colors(&scene_of(&path(name), &OpenOptions::STRICT));
+    assert_eq!(of("mtl_colours.obj"), [[13, 26, 230, 255], [26, 204, 26, 77], [230, 13, 13, 255]]);
+    assert_eq!(of("vertex_colours.obj"), [[0, 0, 255, 255], [255, 0, 0, 255]]);
+    let chess = of("textured.glb");
+    assert_eq!(chess.len(), 2, "{chess:?}");
+    // The whole square is 1 x 1, the masked disc about half of it.
+    let scene = scene_of(&path("alpha_mask.glb"), &OpenOptions::STRICT);
+    let area: f32 = scene.visible_ids().map(|id| scene.polygon(id).area_m2()).sum();
+    assert!((0.3..0.7).contains(&area), "{area}");
+    let corners = of("corner_colours.gltf");
+    for pure in [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]] {
+        let is_near = |found: &&[u8; 4]| found.iter().zip(pure).all(|(a, b): (&u8, u8)| a.abs_diff(b) < 70);
+        assert!(corners.iter().any(|found| is_near(&found)), "{pure:?} in {corners:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_read_is_named() {
+    for (name, expected) in [
+        ("lfs_pointer.obj", "a pointer of Git LFS"),
+        ("lines_only.obj", "expected faces (`f`); found none; 4 vertices, statements 1 `l`, 1 `p`"),
+        ("v1.gltf", "glTF 1.0"),
+        #[cfg(not(feature = "render"))]
+        ("draco.glb", "a build without it"),
+    ] {
+        let error = read(&path(name), false).error.unwrap_or_else(|| panic!("{name} was read")).to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for (bytes, expected) in [
+        (&b"<!DOCTYPE html><title>404"[..], "a page of HTML"),
+        (b"\xFF\xFEv\0 \x001\0", "UTF-16"),
+        (b"\x67\x6C\x54\x46\x01\0\0\0\x20\0\0\0", "glTF 1.0"),
+    ] {
+        let error = read(&write(folder.path(), "a.glb", bytes), false).error.expect("refused").to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// What is skipped is counted and named, and the options say what the format does not.
+#[test]
+fn obj_counts_what_it_skips_and_follows_its_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "# File units = centimeters\nf 3 2 1\nmtllib none.mtl\nv 0 0 0\nv 100 0 0\nv 0 0 100\n\
+                usemtl a\nf 1 2 3\ncurv 0 1 1 2\nl 1 2\nfrob\n";
+    let found = read(&write(folder.path(), "a.obj", text.as_bytes()), false);
+    assert!(found.error.is_none(), "{:?}", found.error);
+    let said = found.notes.warnings.join("\n");
+    for part in ["1 `curv`, 1 `frob`, 1 `l`", "no materials `none.mtl`"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let path = folder.path().join("a.obj");
+    assert_eq!(size(&scene_of(&path, &OpenOptions::STRICT)), glam::Vec3::new(1.0, 0.0, 1.0));
+    let options = OpenOptions { up: Some(Up::Z), unit_m: Some(1.0), ..OpenOptions::STRICT };
+    let turned = scene_of(&path, &options);
+    assert_eq!((size(&turned), turned.visible_ids().count()), (glam::Vec3::new(100.0, 100.0, 0.0), 2));
+    // A line that goes on and on takes time in proportion to its length.
+    let long = [b"v 0 0 0\n".as_slice(), &b"l 1 \\\n".repeat(1 << 20)].concat();
+    assert!(read(&write(folder.path(), "b.obj.gz", &gzip(&long)), true).events.is_empty());
+}
+
+#[test]
+fn poses_in_nanoseconds_take_their_time() {
+    let found = read(&path("euroc_ns.poses"), false);
+    let last = found.events.last().expect("poses").time_secs();
+    assert!((last - 0.195).abs() < 1.0e-6, "{last}");
+    assert!(found.notes.warnings[0].contains("1e-9 seconds"), "{:?}", found.notes);
+}
