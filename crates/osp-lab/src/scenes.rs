@@ -95,7 +95,14 @@ impl Builder {
     fn quad(&mut self, corners: [DVec3; 4]) {
         let color = (0.7, 0.6, 0.5, 1.0);
         let vertices = corners.iter().map(|p| p.as_vec3()).collect();
-        self.events.push(Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color });
+        self.events.push(Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            normals: None,
+            color,
+        });
     }
 
     /// A rectangle, from one corner along two edges.

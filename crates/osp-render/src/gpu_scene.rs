@@ -40,6 +40,8 @@ pub(super) struct GpuScene {
     additive: Vec<u64>,
     /// Whether a brush has painted any polygon.
     pub(super) has_brushes: bool,
+    /// Whether any polygon has normals of its own.
+    pub(super) has_normals: bool,
     pub(super) is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
@@ -59,6 +61,7 @@ impl GpuScene {
             transparent: Vec::new(),
             additive: Vec::new(),
             has_brushes: false,
+            has_normals: false,
             is_animated: false,
             scratch: Vec::new(),
             colors: Colors::Own,
@@ -147,6 +150,7 @@ impl GpuScene {
             }
         }
         self.has_brushes &= count > 0;
+        self.has_normals &= count > 0;
         self.is_animated &= count > 0;
         self.uploaded = count;
     }
@@ -171,7 +175,9 @@ impl GpuScene {
         if count > self.uploaded {
             self.grow(gpu, count);
             for i in self.uploaded..count {
-                let stroke = scene.stroke_of(PolygonId(i as u32));
+                let id = PolygonId(i as u32);
+                let stroke = scene.stroke_of(id);
+                self.has_normals |= scene.surface(id).is_smooth();
                 self.has_brushes |= stroke.brush().is_some();
                 self.is_animated |= stroke.brush().is_some_and(|brush| brush.is_animated);
                 match DrawClass::of(stroke) {

@@ -89,7 +89,7 @@ impl PolygonRecord {
             let p = corners[i.min(last)];
             *words = [p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0];
         }
-        let (stroke, surface) = (scene.stroke_of(id), scene.surface(id));
+        let (stroke, surface) = (scene.stroke_of(id), scene.surface_in_world(id));
         (record.normals, record.uv) = surface.words();
         record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, id)));
         record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());

@@ -156,12 +156,17 @@ impl Renderer {
 
     /// Whether frames are drawn with the paint of brushes or with an environment.
     fn is_painted(&self) -> bool {
-        !self.is_solid && (self.scene.has_brushes || self.environment.is_some())
+        !self.is_solid && (self.has_light() || self.scene.has_normals)
+    }
+
+    /// Whether brushes or an environment decide the light of the picture.
+    fn has_light(&self) -> bool {
+        self.scene.has_brushes || self.environment.is_some()
     }
 
     fn bloom(&self) -> Bloom {
         match &self.environment {
-            _ if !self.is_painted() => Bloom::Off,
+            _ if !self.is_painted() || !self.has_light() => Bloom::Off,
             Some(environment) if environment.has_full_bloom => Bloom::Full,
             _ => Bloom::Reduced,
         }

@@ -8,7 +8,8 @@ use osp_session::{
 pub(crate) fn of(polygons: impl IntoIterator<Item = (Vec<Vec3>, (f32, f32, f32, f32))>) -> Scene {
     let mut scene = Scene::new();
     for (vertices, color) in polygons {
-        let event = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color };
+        let event =
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color };
         scene.apply(&event, &mut Vec::new());
     }
     scene

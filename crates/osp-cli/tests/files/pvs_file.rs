@@ -144,8 +144,14 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
     let mut moved = model(199, 1.0);
     let vertices =
         vec![Vec3::new(199.0, 0.0, 1.0e-6), Vec3::new(199.0, 1.0, 0.0), Vec3::new(199.0, 0.0, 1.0)];
-    let event =
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (0.5, 0.5, 0.5, 1.0) };
+    let event = Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices,
+        normals: None,
+        color: (0.5, 0.5, 0.5, 1.0),
+    };
     moved.apply(&event, &mut Vec::new());
     let mut undone = model(200, 1.0);
     undone.apply(&Event::Undo { author: Author::SOLE, t: 0.0 }, &mut Vec::new());

@@ -145,7 +145,14 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
         .map(|vertices| {
             let opacity = if chance(u, 6) { 0.5 } else { 1.0 };
             let stroke = chance(u, 3).then(|| StrokeId(below(u, 6) as u32));
-            Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (0.5, 0.5, 0.5, opacity) }
+            Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke,
+                vertices,
+                normals: None,
+                color: (0.5, 0.5, 0.5, opacity),
+            }
         })
         .collect();
     if chance(u, 3) {

@@ -186,6 +186,7 @@ pub fn event(u: &mut Input<'_>) -> Event {
                 t,
                 stroke: chance(u, 2).then(|| stroke(u)),
                 vertices,
+                normals: None,
                 color: color(u),
             }
         }

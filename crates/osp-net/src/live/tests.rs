@@ -283,7 +283,14 @@ fn faces_of_a_stroke_go_on_as_a_stroke_of_the_next_author() {
     let face = |x: u32| {
         let vertices = vec![Vec3::ZERO, Vec3::X * (x + 1) as f32, Vec3::Y];
         let stroke = Some(StrokeId(ME.number(0).expect("few")));
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) }
+        Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke,
+            vertices,
+            normals: None,
+            color: (1.0, 1.0, 1.0, 1.0),
+        }
     };
     let events = gone_in_the_middle(vec![face(0), face(1)], vec![face(2)], vec![face(3), face(4)]);
     let faces = |of| {

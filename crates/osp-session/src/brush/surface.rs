@@ -53,6 +53,13 @@ impl Surface {
         Self { normals, kind: Kind::Facing, ..Self::flat(uv, [alpha; 4]) }
     }
 
+    /// The same surface with other normals at its corners.
+    #[must_use]
+    pub fn turned(self, turn: impl Fn(Vec3) -> Vec3) -> Self {
+        let normals = self.normals.map(|normal| pack_normal(turn(unpack_normal(normal))));
+        if self.is_smooth() { Self { normals, ..self } } else { self }
+    }
+
     /// The same surface in a colour of its own, sRGB.
     #[must_use]
     pub fn with_color(self, color: [u8; 3]) -> Self {

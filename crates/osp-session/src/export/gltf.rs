@@ -87,7 +87,7 @@ pub fn write_glb_watched(
         if at % POLLED_AFTER == 0 && !go_on(at as u64) {
             return Err(ExportError::Cancelled);
         }
-        let surface = scene.surface(id);
+        let surface = scene.surface_in_world(id);
         let polygon = match options.eye_in_world {
             Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
             None => scene.polygon(id),
@@ -251,7 +251,14 @@ mod tests {
 
     fn polygon(vertices: &[[f32; 3]], alpha: f32) -> Event {
         let vertices = vertices.iter().map(|&v| Vec3::from(v)).collect();
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 0.5, 0.0, alpha) }
+        Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            normals: None,
+            color: (1.0, 0.5, 0.0, alpha),
+        }
     }
 
     #[test]
@@ -347,7 +354,14 @@ mod tests {
         let Event::Polygon { vertices, color, .. } = polygon(&corners, 1.0) else {
             unreachable!("made above")
         };
-        let far = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: Some(StrokeId(1)), vertices, color };
+        let far = Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke: Some(StrokeId(1)),
+            vertices,
+            normals: None,
+            color,
+        };
         let group = |id: u32, strokes: Vec<StrokeId>, parent: Option<u32>| Event::Group {
             author: Author::SOLE,
             t: 0.0,

@@ -38,6 +38,11 @@ impl Motion {
         rotate(self.to.q, p * self.to.s) + self.to.p
     }
 
+    /// Transforms the direction of a normal.
+    fn direction(&self, normal: Vec3) -> Vec3 {
+        rotate(self.to.q, if self.is_mirrored { Vec3::new(-normal.x, normal.y, normal.z) } else { normal })
+    }
+
     /// Transforms the orientation of a hand. The mirror image of a pose is left-handed, so a reflection also reverses
     /// the pose's x axis.
     pub fn orientation(&self, q: Quat) -> Quat {
@@ -116,13 +121,24 @@ impl Alteration {
                     state = State::After;
                     out.push(Event::End { t, stroke: copy });
                 }
-                Event::Polygon { stroke: Some(stroke), vertices, color, .. } if *stroke == of => {
-                    let mut vertices = vertices.clone();
+                Event::Polygon { stroke: Some(stroke), vertices, normals, color, .. } if *stroke == of => {
+                    let (mut vertices, mut normals) = (vertices.clone(), normals.clone());
                     if moves {
                         vertices.iter_mut().for_each(|p| *p = self.motion.point(*p));
+                        normals
+                            .iter_mut()
+                            .flat_map(|normals| &mut **normals)
+                            .for_each(|normal| *normal = self.motion.direction(*normal));
                     }
                     let color = self.color.unwrap_or(*color);
-                    out.push(Event::Polygon { author: Author::SOLE, t, stroke: Some(copy), vertices, color });
+                    out.push(Event::Polygon {
+                        author: Author::SOLE,
+                        t,
+                        stroke: Some(copy),
+                        vertices,
+                        normals,
+                        color,
+                    });
                 }
                 _ => {}
             }

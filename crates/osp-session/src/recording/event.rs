@@ -118,6 +118,10 @@ pub struct Transform {
 /// a recording with one author it is 0 and is not written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(
+    clippy::box_collection,
+    reason = "few polygons have normals, and the thin pointer keeps all events small"
+)]
 pub enum Event {
     /// An author joins the session (since format 4). Authors are numbered from 1 in the order in which they join. An
     /// author who returns gets a new number.
@@ -303,6 +307,9 @@ pub enum Event {
         stroke: Option<StrokeId>,
         /// 3 to [`Event::MAX_VERTICES`] corners in order.
         vertices: Vec<Vec3>,
+        /// Normals of the corners, if the polygon stands for a part of a curved surface; any length but 0.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        normals: Option<Box<Vec<Vec3>>>,
         /// Red, green, blue, opacity, each 0 to 1, sRGB.
         color: (f32, f32, f32, f32),
     },
@@ -429,7 +436,9 @@ impl Event {
             Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {
                 strokes.len()
             }
-            Self::Polygon { vertices, .. } => vertices.len(),
+            Self::Polygon { vertices, normals, .. } => {
+                vertices.len() + normals.as_ref().map_or(0, |normals| normals.len())
+            }
             _ => 0,
         }
     }
@@ -469,9 +478,13 @@ impl Event {
                 check_pose(to.p, to.q)?;
                 finite(to.s > 0.0 && to.s <= COORDINATE_LIMIT_M, "a scale above 0, at most 1e15")
             }
-            Self::Polygon { vertices, color, .. } => {
+            Self::Polygon { vertices, normals, color, .. } => {
                 finite((3..=Self::MAX_VERTICES).contains(&vertices.len()), "3 to 1024 vertices")?;
                 vertices.iter().try_for_each(|&p| check_point(p))?;
+                if let Some(normals) = normals {
+                    finite(normals.len() == vertices.len(), "a normal for each vertex, or none")?;
+                    normals.iter().try_for_each(|&normal| check_point(normal))?;
+                }
                 check_color(*color)
             }
             Self::Group { name, .. } => finite(

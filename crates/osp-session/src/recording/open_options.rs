@@ -20,6 +20,16 @@ pub enum Up {
     Z,
 }
 
+impl Up {
+    /// A point or direction of the file in the axes of osp.
+    pub(super) fn turned(self, p: glam::DVec3) -> glam::DVec3 {
+        match self {
+            Self::Y => p,
+            Self::Z => glam::DVec3::new(p.x, p.z, -p.y),
+        }
+    }
+}
+
 /// The length of a unit with this name or abbreviation, metres.
 pub fn unit_m(name: &str) -> Option<f64> {
     Some(match name {

@@ -175,7 +175,14 @@ mod tests {
 
     fn polygon(x: f32) -> Event {
         let vertices = vec![Vec3::X * x, Vec3::X * x + Vec3::Y, Vec3::X * (x + 1.0)];
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
+        Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            normals: None,
+            color: (1.0, 1.0, 1.0, 1.0),
+        }
     }
 
     #[test]

@@ -409,6 +409,16 @@ impl Groups {
         p
     }
 
+    /// Rotates a direction from a group's space to world space.
+    pub(super) fn direction_to_world(&self, mut group: Option<usize>, mut way: Vec3) -> Vec3 {
+        while let Some(at) = group {
+            let Group { to, parent, .. } = &self.groups[at];
+            way = rotate(to.q, way);
+            group = *parent;
+        }
+        way
+    }
+
     pub(super) fn scale_to_world(&self, mut group: Option<usize>) -> f32 {
         let mut scale = 1.0;
         while let Some(at) = group {

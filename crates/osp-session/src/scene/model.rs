@@ -214,6 +214,17 @@ impl Scene {
         }
     }
 
+    /// Surface of a polygon, with normals in world space. Panics if the id was never assigned.
+    pub fn surface_in_world(&self, id: PolygonId) -> Surface {
+        let surface = self.surface(id);
+        match self.stroke_of(id).group {
+            Some(group) if surface.is_smooth() => {
+                surface.turned(|normal| self.groups.direction_to_world(Some(group), normal))
+            }
+            _ => surface,
+        }
+    }
+
     /// The stroke of a polygon; an invisible placeholder if the polygon was freed. Panics if the id was never assigned.
     pub fn stroke_of(&self, id: PolygonId) -> &Stroke {
         match self.owner.get(id.index()) {
@@ -412,8 +423,9 @@ impl Scene {
                 Some(())
             }
             Event::Assign { layer, strokes, .. } => self.assign(author, *layer, strokes),
-            Event::Polygon { stroke, vertices, color, .. } => {
-                self.add_polygon(author, *stroke, vertices, *color, changes)
+            Event::Polygon { stroke, vertices, normals, color, .. } => {
+                let normals = normals.as_ref().map_or(&[][..], |normals| normals);
+                self.add_polygon(author, *stroke, (vertices, normals), *color, changes)
             }
         }
     }
@@ -484,7 +496,7 @@ impl Scene {
         &mut self,
         author: Author,
         id: Option<StrokeId>,
-        vertices: &[Vec3],
+        (vertices, normals): (&[Vec3], &[Vec3]),
         color: (f32, f32, f32, f32),
         changes: &mut Vec<Change>,
     ) -> Option<()> {
@@ -503,8 +515,9 @@ impl Scene {
         let drops = &mut self.counts.drops;
         self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
         let bytes = |(r, g, b, _)| [r, g, b].map(|c: f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
+        self.fresh.smooth(vertices, normals);
         if bytes(color) != bytes(stroke.color) {
-            self.fresh.paint(Surface::PLAIN.with_color(bytes(color)));
+            self.fresh.paint(bytes(color));
         }
         self.assign_ids(at, changes);
         let stroke = &mut self.strokes[at as usize];

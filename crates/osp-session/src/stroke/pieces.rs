@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Drops;
 use super::polygon::{push_checked, push_quad};
@@ -133,9 +133,25 @@ impl Pieces {
         QuadPieces { first: self.len(), ..QuadPieces::default() }
     }
 
-    /// Gives all new pieces this surface.
-    pub fn paint(&mut self, surface: Surface) {
-        self.fresh.iter_mut().for_each(|piece| piece.surface = surface);
+    /// Gives all new pieces this colour, sRGB.
+    pub fn paint(&mut self, color: [u8; 3]) {
+        self.fresh.iter_mut().for_each(|piece| piece.surface = piece.surface.with_color(color));
+    }
+
+    /// Gives all new pieces the normals of the polygon that they are parts of.
+    pub fn smooth(&mut self, vertices: &[Vec3], normals: &[Vec3]) {
+        if normals.len() != vertices.len() {
+            return;
+        }
+        for piece in &mut self.fresh {
+            let corners = piece.polygon.vertices();
+            let of = |i: usize| {
+                // Each corner of a piece equals a corner of the polygon, bit for bit.
+                let corner = corners[i.min(corners.len() - 1)];
+                vertices.iter().position(|p| *p == corner).map_or(Vec3::Y, |at| normals[at])
+            };
+            piece.surface = Surface::smooth([0, 1, 2, 3].map(of), [Vec2::ZERO; 4], [1.0; 4]);
+        }
     }
 
     /// Appends polygons without texture.

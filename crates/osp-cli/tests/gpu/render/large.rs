@@ -29,7 +29,14 @@ fn board(axis: usize, center: Vec3, half_m: [f32; 2]) -> Event {
         p
     };
     let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (0.4, 0.5, 0.3, 1.0) }
+    Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices,
+        normals: None,
+        color: (0.4, 0.5, 0.3, 1.0),
+    }
 }
 
 /// Three boards that meet in a corner, and behind each a stack of boards, nearly as large and close to each other. The number

@@ -43,9 +43,14 @@ fn fresh(gpu: &Arc<Gpu>, target: &Target, scene: &Scene, view: &View) -> Image {
 /// A square that is a stroke of its own.
 fn plate(number: u32, center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) -> Event {
     match square(center, half_m, color) {
-        Event::Polygon { t, vertices, color, .. } => {
-            Event::Polygon { author: Author::SOLE, t, stroke: Some(StrokeId(number)), vertices, color }
-        }
+        Event::Polygon { t, vertices, color, .. } => Event::Polygon {
+            author: Author::SOLE,
+            t,
+            stroke: Some(StrokeId(number)),
+            vertices,
+            normals: None,
+            color,
+        },
         other => other,
     }
 }

@@ -50,6 +50,7 @@ pub(crate) fn open_obj(input: Input<'_>, options: &OpenOptions) -> Result<Sessio
         positions: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        normals: Vec::new(),
         at: State::default(),
         groups: HashMap::new(),
         node: None,
@@ -118,11 +119,7 @@ impl Sniffed {
 
     /// A point of the file in metres and our axes, relative to the origin.
     fn placed(&self, p: DVec3) -> DVec3 {
-        let p = match self.up {
-            Up::Y => p,
-            Up::Z => DVec3::new(p.x, p.z, -p.y),
-        };
-        p * self.unit_m - self.origin
+        self.up.turned(p) * self.unit_m - self.origin
     }
 }
 
@@ -172,6 +169,7 @@ struct Obj {
     /// Colours of the vertices, as far as they have some; else white.
     colors: Vec<Option<[u8; 3]>>,
     uvs: Vec<Vec2>,
+    normals: Vec<Vec3>,
     at: State,
     /// The groups by the names of object and group.
     groups: HashMap<[Option<String>; 2], Node>,
@@ -224,8 +222,12 @@ impl Obj {
         let rest = rest.trim_ascii();
         let name = || (!rest.is_empty()).then(|| rest.to_owned());
         match word {
-            "" | "vn" | "s" | "lod" | "bevel" | "c_interp" | "d_interp" | "shadow_obj" | "trace_obj" => {}
+            "" | "s" | "lod" | "bevel" | "c_interp" | "d_interp" | "shadow_obj" | "trace_obj" => {}
             "v" => self.read_vertex(line, rest)?,
+            "vn" => {
+                let normal = point(&mut rest.split_ascii_whitespace()).unwrap_or_default();
+                self.normals.push(self.frame.up.turned(normal).as_vec3());
+            }
             "vt" => {
                 let mut fields = rest.split_ascii_whitespace().map(|field| field.parse::<f32>().ok());
                 let mut next = || fields.next().flatten().unwrap_or_default();
@@ -298,21 +300,22 @@ impl Obj {
                     found,
                 });
             };
-            let uv = numbers.next().and_then(|number| number.parse::<i64>().ok());
-            let uv = uv.and_then(|number| self.uvs.get(place(number, self.uvs.len())?).copied());
+            let mut further = || numbers.next().and_then(|number| number.parse::<i64>().ok());
+            let (uv, normal) = (further(), further());
+            let uv = uv.and_then(|number| self.uvs.get(place(number, self.uvs.len())?));
+            let normal = normal.and_then(|number| self.normals.get(place(number, self.normals.len())?));
+            let (uv, normal) = (uv.copied().unwrap_or_default(), normal.copied().unwrap_or_default());
             let color = self.colors.get(at).copied().flatten();
             colors += usize::from(color.is_some());
             let [r, g, b] = color.unwrap_or([255; 3]).map(linear_of);
-            corners.push(Corner {
-                p: self.positions[at],
-                uv: uv.unwrap_or_default(),
-                color: Vec4::new(r, g, b, 1.0),
-            });
+            corners.push(Corner { p: self.positions[at], normal, uv, color: Vec4::new(r, g, b, 1.0) });
             if corners.len() > Event::MAX_VERTICES {
                 break;
             }
         }
-        polygon(None, corners.iter().map(|corner| corner.p).collect(), [0; 4])
+        let vertices = corners.iter().map(|corner| corner.p).collect();
+        let color = (0.0, 0.0, 0.0, 0.0);
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color }
             .check()
             .map_err(|expected| Mismatch::new(expected, shown(line)))?;
         self.faces += 1;
@@ -326,11 +329,11 @@ impl Obj {
         self.splitter.paint(&corners, &look, &mut self.painted);
         let group = self.group();
         let material = self.at.material;
-        for Painted { corners, color } in self.painted.drain(..) {
-            let key = (group.map(|(group, _)| group), material, color[3]);
+        for polygon in self.painted.drain(..) {
+            let key = (group.map(|(group, _)| group), material, polygon.color[3]);
             let known = self.strokes.get(&key).copied();
             let stroke = known.unwrap_or(StrokeId(self.strokes.len() as u32));
-            self.queue.push_back(polygon(Some(stroke), corners, color));
+            self.queue.push_back(polygon.event(stroke));
             if known.is_none() {
                 self.strokes.insert(key, stroke);
                 self.queue.extend(group.map(|(group, parent)| grouping(group, parent, vec![stroke], None)));
@@ -400,11 +403,6 @@ impl Obj {
     }
 }
 
-fn polygon(stroke: Option<StrokeId>, vertices: Vec<Vec3>, color: [u8; 4]) -> Event {
-    let [r, g, b, a] = color.map(|c| f32::from(c) / 255.0);
-    Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (r, g, b, a) }
-}
-
 fn grouping(group: GroupId, parent: Option<GroupId>, strokes: Vec<StrokeId>, name: Option<String>) -> Event {
     Event::Group { author: Author::SOLE, t: 0.0, group, strokes, parent, name }
 }
@@ -432,7 +430,7 @@ impl EventSource for Obj {
                 self.finish()?;
                 continue;
             };
-            if self.positions.len().max(self.uvs.len()) as u64 > self.most_vertices {
+            if self.positions.len().max(self.uvs.len()).max(self.normals.len()) as u64 > self.most_vertices {
                 let (path, place) = (&self.lines.path, self.lines.place());
                 return Err(beyond(path, place, self.most_vertices, "vertices"));
             }

@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::texture::{Texture, Wrap, srgb_byte};
-use crate::recording::Limits;
+use crate::recording::{Author, Event, Limits, StrokeId};
 
 /// Most polygons that splitting adds to a model. 70,000 triangles of a helmet with a texture of 2048 x 2048 use them
 /// all.
@@ -15,6 +15,8 @@ const MOST_SPLITS: u32 = 6;
 const FITS: i32 = 20;
 /// Steps of the opacity of a texture. Each becomes a stroke, because a stroke has one opacity.
 const OPACITIES: f32 = 15.0;
+/// Cosine of the angle between a normal and the polygon's own up to which the polygon is flat: 1.8 degrees.
+const FLAT: f32 = 0.9995;
 /// Share of a polygon with a masked texture below which it is dropped, and above which it is opaque. In between, the
 /// share is its opacity.
 const MASKED: [f32; 2] = [0.1, 0.9];
@@ -23,6 +25,8 @@ const MASKED: [f32; 2] = [0.1, 0.9];
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Corner {
     pub(super) p: Vec3,
+    /// Any length; 0 without a normal.
+    pub(super) normal: Vec3,
     pub(super) uv: Vec2,
     /// Linear red, green, blue, and opacity.
     pub(super) color: Vec4,
@@ -30,7 +34,8 @@ pub(super) struct Corner {
 
 impl Corner {
     fn between(a: &Self, b: &Self) -> Self {
-        Self { p: (a.p + b.p) * 0.5, uv: (a.uv + b.uv) * 0.5, color: (a.color + b.color) * 0.5 }
+        let normal = a.normal + b.normal;
+        Self { p: (a.p + b.p) * 0.5, normal, uv: (a.uv + b.uv) * 0.5, color: (a.color + b.color) * 0.5 }
     }
 }
 
@@ -84,9 +89,38 @@ impl Look<'_> {
 
 /// A polygon in one colour.
 #[derive(Clone, Debug)]
+#[allow(clippy::box_collection, reason = "as in `Event`")]
 pub(super) struct Painted {
     pub(super) corners: Vec<Vec3>,
+    pub(super) normals: Option<Box<Vec<Vec3>>>,
     pub(super) color: [u8; 4],
+}
+
+impl Painted {
+    fn of(corners: &[Corner], color: [u8; 4]) -> Self {
+        let points: Vec<Vec3> = corners.iter().map(|corner| corner.p).collect();
+        let [a, b, c] = [points[0], points[1], points[2]];
+        let flat = (b - a).cross(c - a).normalize_or_zero();
+        let normals = || corners.iter().map(|corner| corner.normal.normalize_or_zero());
+        // The side to which normals point does not matter here.
+        let is_curved = |normal: Vec3| normal.dot(flat).abs() < FLAT;
+        let has_all = normals().all(|normal| normal != Vec3::ZERO);
+        let normals = (has_all && normals().any(is_curved)).then(|| Box::new(normals().collect()));
+        Self { corners: points, normals, color }
+    }
+
+    pub(super) fn event(self, stroke: StrokeId) -> Event {
+        let [r, g, b, a] = self.color.map(|byte| f32::from(byte) / 255.0);
+        let (vertices, normals) = (self.corners, self.normals);
+        Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke: Some(stroke),
+            vertices,
+            normals,
+            color: (r, g, b, a),
+        }
+    }
 }
 
 /// Divides polygons, and counts what their colours lose.
@@ -118,7 +152,7 @@ impl Splitter {
             && look.glow.is_none()
             && corners.iter().all(|corner| corner.color == corners[0].color);
         let fan = |i: usize| [corners[0], corners[i], corners[i + 1]];
-        let whole = |color| Painted { corners: corners.iter().map(|corner| corner.p).collect(), color };
+        let whole = |color| Painted::of(corners, color);
         match corners.len() {
             0..3 => {}
             _ if is_even => out.push(whole(look.of(&fan(1)))),
@@ -168,13 +202,13 @@ impl Splitter {
         let color = look.of(corners);
         let quarters = quarters(corners);
         if quarters.iter().all(|quarter| fits(look.of(quarter), color)) {
-            out.push(Painted { corners: corners.map(|corner| corner.p).to_vec(), color });
+            out.push(Painted::of(corners, color));
         } else if depth < MOST_SPLITS && self.left >= 3.0 {
             self.left -= 3.0;
             quarters.iter().for_each(|quarter| self.divide(quarter, look, depth + 1, out));
         } else {
             self.mixed += 1;
-            out.push(Painted { corners: corners.map(|corner| corner.p).to_vec(), color });
+            out.push(Painted::of(corners, color));
         }
     }
 

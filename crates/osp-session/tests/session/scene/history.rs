@@ -149,7 +149,14 @@ fn edits_of_many_strokes_are_remembered_less_long() {
         let (stroke, vertices) = (Some(StrokeId(stroke)), vertices.clone());
         play(
             &mut scene,
-            &[Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) }],
+            &[Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke,
+                vertices,
+                normals: None,
+                color: (1.0, 1.0, 1.0, 1.0),
+            }],
         );
     }
     let all: Vec<u32> = (0..STROKES).collect();

@@ -1,6 +1,6 @@
 //! Converts the triangles of a primitive to polygons with one colour each.
 
-use glam::{DAffine3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3, Vec4};
 use gltf_json::{
     mesh::{Mode, Primitive, Semantic},
     validation::Checked,
@@ -44,7 +44,16 @@ impl Faces {
             let corners: Vec<Corner> = numbers.iter().map(|&number| mesh.corner(number)).collect();
             let vertices = corners.iter().map(|corner| corner.p).collect();
             let color = (0.0, 0.0, 0.0, 0.0);
-            match (Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color }).check() {
+            match (Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke: None,
+                vertices,
+                normals: None,
+                color,
+            })
+            .check()
+            {
                 Err(expected) => {
                     fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
                 }
@@ -85,9 +94,12 @@ struct Mesh<'a> {
     colors: Option<Elements<'a>>,
     indices: Option<Elements<'a>>,
     mode: Mode,
+    normals: Option<Elements<'a>>,
     uvs: Option<Elements<'a>>,
     surface: &'a Surface,
     residual: DAffine3,
+    /// Transform of normals.
+    turn: Mat3,
 }
 
 impl<'a> Mesh<'a> {
@@ -123,7 +135,18 @@ impl<'a> Mesh<'a> {
         }
         let surface = surfaces.of(primitive.material.map(|material| material.value()));
         let uvs = attribute(Semantic::TexCoords(surface.coordinates))?.filter(|of| of.width == 2);
-        Ok(Some(Self { positions, colors, uvs, indices, mode, surface, residual: *residual }))
+        let normals = attribute(Semantic::Normals)?.filter(|of| of.width == 3);
+        Ok(Some(Self {
+            positions,
+            colors,
+            normals,
+            uvs,
+            indices,
+            mode,
+            surface,
+            turn: turn_of(residual),
+            residual: *residual,
+        }))
     }
 
     fn triangles(&self) -> usize {
@@ -153,7 +176,9 @@ impl<'a> Mesh<'a> {
         let color = self.colors.as_ref().map_or([1.0; 4], |colors| colors.vector(at, [1.0; 4]));
         let [u, v, ..] = self.uvs.as_ref().map_or([0.0; 4], |uvs| uvs.vector(at, [0.0; 4]));
         let uv = self.surface.transform.transform_point2(Vec2::new(u, v));
-        Corner { p: self.position(number), uv, color: Vec4::from(color) }
+        let [x, y, z, _] = self.normals.as_ref().map_or([0.0; 4], |normals| normals.vector(at, [0.0; 4]));
+        let normal = self.turn * Vec3::new(x, y, z);
+        Corner { p: self.position(number), normal, uv, color: Vec4::from(color) }
     }
 
     fn position(&self, number: u32) -> Vec3 {
@@ -173,4 +198,13 @@ impl<'a> Mesh<'a> {
         let quad = [a, b, c, d];
         (b != d && is_flat_and_convex(quad.map(|number| self.position(number)))).then_some(quad)
     }
+}
+
+/// The transform of normals under a transform of points; 0 if it flattens everything.
+fn turn_of(points: &DAffine3) -> Mat3 {
+    let [x, y, z] = [points.matrix3.x_axis, points.matrix3.y_axis, points.matrix3.z_axis];
+    // The cofactors are the inverse's transpose, but for a factor.
+    let turn = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let largest = turn.x_axis.length().max(turn.y_axis.length()).max(turn.z_axis.length());
+    if largest > 0.0 && largest.is_finite() { (turn * (1.0 / largest)).as_mat3() } else { Mat3::ZERO }
 }

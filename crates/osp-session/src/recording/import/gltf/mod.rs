@@ -150,20 +150,14 @@ impl Gltf {
 
     fn push_polygons(&mut self, part: &mut Part, polygons: Vec<Painted>) {
         self.polygons += polygons.len() as u64;
-        for Painted { corners, color } in polygons {
-            let [r, g, b, a] = color.map(|byte| f32::from(byte) / 255.0);
-            let known = part.strokes.get(&color[3]).copied();
+        for polygon in polygons {
+            let opacity = polygon.color[3];
+            let known = part.strokes.get(&opacity).copied();
             let stroke = known.unwrap_or(StrokeId(self.next_stroke));
-            self.queue.push_back(Event::Polygon {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke: Some(stroke),
-                vertices: corners,
-                color: (r, g, b, a),
-            });
+            self.queue.push_back(polygon.event(stroke));
             if known.is_none() {
                 self.next_stroke += 1;
-                part.strokes.insert(color[3], stroke);
+                part.strokes.insert(opacity, stroke);
                 self.queue.push_back(part.node.group_event(vec![stroke]));
             }
         }
