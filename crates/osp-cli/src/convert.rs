@@ -45,7 +45,7 @@ pub(super) struct ConvertArgs {
     /// The session and the file to write. With --to: sessions, and folders of them.
     #[arg(required = true, value_name = "FILE OUT|FILES_OR_FOLDERS")]
     paths: Vec<PathBuf>,
-    /// The format: binary glTF, osp's recording, the same compressed, or Tilt Brush.
+    /// The format: binary glTF, plain triangles (STL, PLY, OBJ), osp's recording, the same compressed, or Tilt Brush.
     #[arg(long, value_name = "FORMAT", value_enum)]
     to: Option<Format>,
     /// The folder for the files. They get the same subfolders as the sessions [default: beside each session].
@@ -63,6 +63,9 @@ pub(super) struct ConvertArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
     Glb,
+    Stl,
+    Ply,
+    Obj,
     Ron,
     #[value(name = "ron.zst")]
     RonZst,
@@ -73,6 +76,9 @@ impl Format {
     fn ending(self) -> &'static str {
         match self {
             Self::Glb => ".glb",
+            Self::Stl => ".stl",
+            Self::Ply => ".ply",
+            Self::Obj => ".obj",
             Self::Ron => ".ron",
             Self::RonZst => ".ron.zst",
             Self::Tilt => ".tilt",
@@ -100,7 +106,10 @@ fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let name = target.to_string_lossy().to_ascii_lowercase();
     let format = Format::value_variants().iter().find(|format| name.ends_with(format.ending()));
     let Some(&format) = format else {
-        bail!("{}: expected a name that ends in .glb, .ron, .ron.zst or .tilt", target.display());
+        bail!(
+            "{}: expected a name that ends in .glb, .stl, .ply, .obj, .ron, .ron.zst or .tilt",
+            target.display()
+        );
     };
     check(args, format)?;
     converted(
@@ -125,7 +134,7 @@ fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Mo
     let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
     let output = outputs.add(&job.target, &[])?;
     match format {
-        Format::Glb => {
+        Format::Glb | Format::Stl | Format::Ply | Format::Obj => {
             let session = FrameArgs::end_of(job.source.clone(), args.reading);
             write_model(&session, args.whole.objects().unwrap_or(Objects::Layers), &output)
         }

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
 use super::{
@@ -15,15 +15,16 @@ use super::{
 };
 use osp_lab::report::thousands;
 use osp_session::{
-    export::{ExportOptions, Objects, PolygonTimes, write_glb},
+    export::{ExportOptions, MeshFormat, Objects, PolygonTimes, write_glb, write_mesh},
+    platform::fs::has_ending,
     recording::Event,
     scene::Scene,
 };
 
 /// Endings of a model's name.
-pub(super) const MODEL: &[&str] = &[".glb"];
+pub(super) const MODEL: &[&str] = &[".glb", ".stl", ".ply", ".obj"];
 
-/// Write the model of a session as binary glTF, for Blender, engines and viewers.
+/// Write the model of a session as binary glTF, for Blender, engines and viewers, or as STL, PLY or OBJ.
 ///
 /// This command writes the polygons of one frame. `osp convert` also converts whole folders, and writes .tilt files,
 /// which have the strokes of a whole session.
@@ -32,6 +33,10 @@ pub(super) const MODEL: &[&str] = &[".glb"];
 /// also has the session's camera. Each brush has a material and a texture: unlit brushes and brushes of light use
 /// KHR_materials_unlit, others KHR_materials_specular. Lights use KHR_lights_punctual, up to eight, because glTF has no
 /// ambient light. The scene's extras describe sky and fog.
+///
+/// The name of the file decides the format. STL is for printers: millimetres, z up, without colours. PLY and OBJ have
+/// metres, y up, and a colour at each vertex. These three have neither textures nor opacity: paint is as wide as its
+/// polygons.
 ///
 /// Some brushes look different in other programs. glTF cannot add light, so brushes of light are blended by their
 /// brightness, without halos. Moving brushes stand still. Particles and soap films face the session's camera, not the
@@ -47,11 +52,12 @@ pub(super) const MODEL: &[&str] = &[".glb"];
   osp export sketch.tilt sketch.glb
   osp export recordings/portrait.ron portrait.glb --objects strokes
   osp export sketch.tilt web.glb --compress
-  osp export sketch.tilt half.glb --frame 200")]
+  osp export sketch.tilt half.glb --frame 200
+  osp export sketch.tilt print.stl")]
 pub(super) struct ExportArgs {
     #[command(flatten)]
     session: FrameArgs,
-    /// The model to write, .glb.
+    /// The model to write: .glb, .stl, .ply or .obj.
     #[arg(value_name = "OUT")]
     out: PathBuf,
     /// Parts of the session that become objects of the file.
@@ -98,6 +104,9 @@ enum ObjectsArg {
 
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output = args.force.outputs().reads([&args.session.file]).add(&args.out, MODEL)?;
+    if let (Some(option), Some(_)) = (args.whole.given(), mesh_format(&args.out)) {
+        bail!("{option} is for .glb only; found {}", args.out.display());
+    }
     let objects = args.whole.objects().unwrap_or(match args.objects {
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,
@@ -120,6 +129,12 @@ impl Model {
     }
 }
 
+/// The format of plain triangles that a file's name asks for.
+fn mesh_format(path: &Path) -> Option<MeshFormat> {
+    let formats = [(".stl", MeshFormat::Stl), (".ply", MeshFormat::Ply), (".obj", MeshFormat::Obj)];
+    formats.into_iter().find(|(ending, _)| has_ending(path, ending)).map(|(_, format)| format)
+}
+
 pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);
@@ -135,7 +150,11 @@ pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output
     let name = session.file.file_stem().unwrap_or_default().to_string_lossy();
     let mut file = output.create()?;
     let named = || output.path().display().to_string();
-    let counts = write_glb(&scene, &name, &options, &mut file).with_context(named)?;
+    let counts = match mesh_format(output.path()) {
+        Some(format) => write_mesh(&scene, &options.layer_names, format, options.eye_in_world, &mut file),
+        None => write_glb(&scene, &name, &options, &mut file),
+    }
+    .with_context(named)?;
     file.flush().with_context(named)?;
     let bytes = output.commit(file)?;
     let mut remarks = Vec::new();
@@ -144,6 +163,9 @@ pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output
     }
     if counts.hidden > 0 {
         remarks.push(format!("strokes in hidden layers are not written: {}", thousands(counts.hidden)));
+    }
+    if counts.polygons == 0 {
+        bail!("{}: no polygon to write", session.file.display());
     }
     if counts.turned > 0 && options.eye_in_world.is_none() {
         remarks.push(format!(

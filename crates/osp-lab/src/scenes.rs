@@ -100,7 +100,7 @@ impl Builder {
             t: 0.0,
             stroke: None,
             vertices,
-            normals: None,
+            shading: None,
             color,
         });
     }

@@ -9,7 +9,7 @@ pub(crate) fn of(polygons: impl IntoIterator<Item = (Vec<Vec3>, (f32, f32, f32, 
     let mut scene = Scene::new();
     for (vertices, color) in polygons {
         let event =
-            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color };
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color };
         scene.apply(&event, &mut Vec::new());
     }
     scene

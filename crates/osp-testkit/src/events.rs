@@ -106,7 +106,7 @@ pub fn polygon(
     vertices: impl Into<Vec<Vec3>>,
     color: (f32, f32, f32, f32),
 ) -> Event {
-    Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices: vertices.into(), normals: None, color }
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices: vertices.into(), shading: None, color }
 }
 
 /// Returns the scene after these events.

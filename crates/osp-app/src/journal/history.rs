@@ -424,7 +424,7 @@ mod tests {
             t: 1.0,
             stroke: Some(StrokeId(5)),
             vertices: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
-            normals: None,
+            shading: None,
             color: (1.0, 1.0, 1.0, 1.0),
         };
         history.push(&event).expect("an event");

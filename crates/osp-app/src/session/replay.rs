@@ -328,7 +328,7 @@ mod tests {
         let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         let color = (1.0, 1.0, 1.0, 1.0);
         let events = vec![
-            Event::Polygon { author: Author::SOLE, t, stroke: Some(stroke), vertices, normals: None, color },
+            Event::Polygon { author: Author::SOLE, t, stroke: Some(stroke), vertices, shading: None, color },
             Event::Group { author: Author::SOLE, t, group, strokes: vec![stroke], parent: None, name: None },
             place(1.0),
             place(2.0),

@@ -149,7 +149,7 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
         t: 0.0,
         stroke: None,
         vertices,
-        normals: None,
+        shading: None,
         color: (0.5, 0.5, 0.5, 1.0),
     };
     moved.apply(&event, &mut Vec::new());

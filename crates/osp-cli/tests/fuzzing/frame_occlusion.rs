@@ -150,7 +150,7 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
                 t: 0.0,
                 stroke,
                 vertices,
-                normals: None,
+                shading: None,
                 color: (0.5, 0.5, 0.5, opacity),
             }
         })

@@ -186,7 +186,7 @@ pub fn event(u: &mut Input<'_>) -> Event {
                 t,
                 stroke: chance(u, 2).then(|| stroke(u)),
                 vertices,
-                normals: None,
+                shading: None,
                 color: color(u),
             }
         }

@@ -288,7 +288,7 @@ fn faces_of_a_stroke_go_on_as_a_stroke_of_the_next_author() {
             t: 0.0,
             stroke,
             vertices,
-            normals: None,
+            shading: None,
             color: (1.0, 1.0, 1.0, 1.0),
         }
     };

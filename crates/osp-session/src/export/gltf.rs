@@ -256,7 +256,7 @@ mod tests {
             t: 0.0,
             stroke: None,
             vertices,
-            normals: None,
+            shading: None,
             color: (1.0, 0.5, 0.0, alpha),
         }
     }
@@ -359,7 +359,7 @@ mod tests {
             t: 0.0,
             stroke: Some(StrokeId(1)),
             vertices,
-            normals: None,
+            shading: None,
             color,
         };
         let group = |id: u32, strokes: Vec<StrokeId>, parent: Option<u32>| Event::Group {

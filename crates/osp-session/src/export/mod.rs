@@ -1,4 +1,4 @@
-//! The model in formats of other programs: its polygons as glTF, its strokes as `.tilt`.
+//! The model in formats of other programs: its polygons as glTF, STL, PLY or OBJ, its strokes as `.tilt`.
 //!
 //! Depends on [`scene`](crate::scene), [`stroke`](crate::stroke), [`brush`](crate::brush) and
 //! [`recording`](crate::recording).
@@ -13,6 +13,7 @@ mod gltf_part;
 mod gltf_texture;
 mod gltf_view;
 mod kept_strokes;
+mod mesh;
 mod tilt;
 mod tilt_metadata;
 mod tilt_stroke;
@@ -22,5 +23,6 @@ pub use error::ExportError;
 pub use gltf::{GltfCounts, write_glb, write_glb_watched};
 pub use gltf_options::{ExportOptions, Objects};
 pub use kept_strokes::KeptStrokes;
+pub use mesh::{MeshFormat, write_mesh};
 pub use tilt::{TiltCounts, write_tilt};
 pub use times::PolygonTimes;

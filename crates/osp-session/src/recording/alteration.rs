@@ -121,14 +121,13 @@ impl Alteration {
                     state = State::After;
                     out.push(Event::End { t, stroke: copy });
                 }
-                Event::Polygon { stroke: Some(stroke), vertices, normals, color, .. } if *stroke == of => {
-                    let (mut vertices, mut normals) = (vertices.clone(), normals.clone());
+                Event::Polygon { stroke: Some(stroke), vertices, shading, color, .. } if *stroke == of => {
+                    let (mut vertices, mut shading) = (vertices.clone(), shading.clone());
                     if moves {
                         vertices.iter_mut().for_each(|p| *p = self.motion.point(*p));
-                        normals
-                            .iter_mut()
-                            .flat_map(|normals| &mut **normals)
-                            .for_each(|normal| *normal = self.motion.direction(*normal));
+                        for normal in shading.iter_mut().flat_map(|shading| &mut shading.normals) {
+                            *normal = self.motion.direction(*normal);
+                        }
                     }
                     let color = self.color.unwrap_or(*color);
                     out.push(Event::Polygon {
@@ -136,7 +135,7 @@ impl Alteration {
                         t,
                         stroke: Some(copy),
                         vertices,
-                        normals,
+                        shading,
                         color,
                     });
                 }

@@ -1,4 +1,4 @@
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::{Author, GroupId, SketchExtensions, StrokeId};
@@ -113,15 +113,38 @@ pub struct Transform {
     pub s: f32,
 }
 
+/// Shading of a polygon of a model. Each list is empty, or has an entry for each corner.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shading {
+    /// Normals of a curved surface, of any length but 0.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, if the stroke has a brush.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uv: Vec<Vec2>,
+    /// Opacity of the brush's paint, 0 to 1.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alpha: Vec<f32>,
+}
+
+impl Shading {
+    fn check(&self, corners: usize) -> Result<(), &'static str> {
+        let Self { normals, uv, alpha } = self;
+        let fits = |count: usize| count == 0 || count == corners;
+        let are_finite = uv.iter().all(|uv| uv.is_finite()) && alpha.iter().all(|alpha| alpha.is_finite());
+        if !(fits(normals.len()) && fits(uv.len()) && fits(alpha.len()) && are_finite) {
+            return Err("a shading with finite numbers for each vertex, or none");
+        }
+        normals.iter().try_for_each(|&normal| check_point(normal))
+    }
+}
+
 /// An event of a session. `t` is in seconds since the session's start. Times may be zero, repeat or decrease. The order
 /// of events is their order in the file; the time affects only the pace of a replay. `author` exists since format 4. In
 /// a recording with one author it is 0 and is not written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(
-    clippy::box_collection,
-    reason = "few polygons have normals, and the thin pointer keeps all events small"
-)]
 pub enum Event {
     /// An author joins the session (since format 4). Authors are numbered from 1 in the order in which they join. An
     /// author who returns gets a new number.
@@ -307,9 +330,9 @@ pub enum Event {
         stroke: Option<StrokeId>,
         /// 3 to [`Event::MAX_VERTICES`] corners in order.
         vertices: Vec<Vec3>,
-        /// Normals of the corners, if the polygon stands for a part of a curved surface; any length but 0.
+        /// How the polygon is shaded, if it is not flat and plain.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        normals: Option<Box<Vec<Vec3>>>,
+        shading: Option<Box<Shading>>,
         /// Red, green, blue, opacity, each 0 to 1, sRGB.
         color: (f32, f32, f32, f32),
     },
@@ -436,9 +459,7 @@ impl Event {
             Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {
                 strokes.len()
             }
-            Self::Polygon { vertices, normals, .. } => {
-                vertices.len() + normals.as_ref().map_or(0, |normals| normals.len())
-            }
+            Self::Polygon { vertices, shading, .. } => vertices.len() * if shading.is_some() { 3 } else { 1 },
             _ => 0,
         }
     }
@@ -478,13 +499,10 @@ impl Event {
                 check_pose(to.p, to.q)?;
                 finite(to.s > 0.0 && to.s <= COORDINATE_LIMIT_M, "a scale above 0, at most 1e15")
             }
-            Self::Polygon { vertices, normals, color, .. } => {
+            Self::Polygon { vertices, shading, color, .. } => {
                 finite((3..=Self::MAX_VERTICES).contains(&vertices.len()), "3 to 1024 vertices")?;
                 vertices.iter().try_for_each(|&p| check_point(p))?;
-                if let Some(normals) = normals {
-                    finite(normals.len() == vertices.len(), "a normal for each vertex, or none")?;
-                    normals.iter().try_for_each(|&normal| check_point(normal))?;
-                }
+                shading.as_ref().map_or(Ok(()), |shading| shading.check(vertices.len()))?;
                 check_color(*color)
             }
             Self::Group { name, .. } => finite(

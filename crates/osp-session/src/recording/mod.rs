@@ -43,8 +43,8 @@ pub use author::{Author, GroupId, StrokeId};
 pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
-    AUTHORS_FORMAT, Event, FORMAT_VERSION, MAX_LINE_BYTES, NormalRule, ONE_AUTHOR_FORMAT, Paint, Tool,
-    Transform,
+    AUTHORS_FORMAT, Event, FORMAT_VERSION, MAX_LINE_BYTES, NormalRule, ONE_AUTHOR_FORMAT, Paint, Shading,
+    Tool, Transform,
 };
 pub use header::{Camera, Header, Layer, Root};
 pub use input::MemoryFiles;

@@ -283,7 +283,7 @@ mod tests {
                 t: 0.0,
                 stroke: None,
                 vertices,
-                normals: None,
+                shading: None,
                 color: (1.0, 1.0, 1.0, 1.0),
             };
             scene.apply(&polygon, &mut changes);

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     brush::{self, Surface},
-    recording::{Author, Event, GroupId, Paint, StrokeId, Transform},
+    recording::{Author, Event, GroupId, Paint, Shading, StrokeId, Transform},
     stroke::{Drops, Pieces, Sample, StrokeBuilder, StrokeSettings, split_into_convex},
 };
 use osp::{
@@ -423,9 +423,8 @@ impl Scene {
                 Some(())
             }
             Event::Assign { layer, strokes, .. } => self.assign(author, *layer, strokes),
-            Event::Polygon { stroke, vertices, normals, color, .. } => {
-                let normals = normals.as_ref().map_or(&[][..], |normals| normals);
-                self.add_polygon(author, *stroke, (vertices, normals), *color, changes)
+            Event::Polygon { stroke, vertices, shading, color, .. } => {
+                self.add_polygon(author, *stroke, (vertices, shading.as_deref()), *color, changes)
             }
         }
     }
@@ -496,7 +495,7 @@ impl Scene {
         &mut self,
         author: Author,
         id: Option<StrokeId>,
-        (vertices, normals): (&[Vec3], &[Vec3]),
+        (vertices, shading): (&[Vec3], Option<&Shading>),
         color: (f32, f32, f32, f32),
         changes: &mut Vec<Change>,
     ) -> Option<()> {
@@ -515,7 +514,9 @@ impl Scene {
         let drops = &mut self.counts.drops;
         self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
         let bytes = |(r, g, b, _)| [r, g, b].map(|c: f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
-        self.fresh.smooth(vertices, normals);
+        if let Some(shading) = shading {
+            self.fresh.shade(vertices, shading);
+        }
         if bytes(color) != bytes(stroke.color) {
             self.fresh.paint(bytes(color));
         }

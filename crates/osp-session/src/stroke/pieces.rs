@@ -1,8 +1,8 @@
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::Drops;
 use super::polygon::{push_checked, push_quad};
-use crate::brush::Surface;
+use crate::{brush::Surface, recording::Shading};
 use osp::polygon::ConvexPolygon;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,19 +138,24 @@ impl Pieces {
         self.fresh.iter_mut().for_each(|piece| piece.surface = piece.surface.with_color(color));
     }
 
-    /// Gives all new pieces the normals of the polygon that they are parts of.
-    pub fn smooth(&mut self, vertices: &[Vec3], normals: &[Vec3]) {
-        if normals.len() != vertices.len() {
-            return;
-        }
+    /// Gives all new pieces the shading of the polygon that they are parts of.
+    pub fn shade(&mut self, vertices: &[Vec3], shading: &Shading) {
         for piece in &mut self.fresh {
             let corners = piece.polygon.vertices();
-            let of = |i: usize| {
-                // Each corner of a piece equals a corner of the polygon, bit for bit.
+            // Each corner of a piece equals a corner of the polygon, bit for bit.
+            let place = |i: usize| {
                 let corner = corners[i.min(corners.len() - 1)];
-                vertices.iter().position(|p| *p == corner).map_or(Vec3::Y, |at| normals[at])
+                vertices.iter().position(|p| *p == corner).unwrap_or_default()
             };
-            piece.surface = Surface::smooth([0, 1, 2, 3].map(of), [Vec2::ZERO; 4], [1.0; 4]);
+            let places = [0, 1, 2, 3].map(place);
+            let uv = places.map(|at| shading.uv.get(at).copied().unwrap_or_default());
+            let alpha = places.map(|at| shading.alpha.get(at).copied().unwrap_or(1.0));
+            piece.surface = match shading.normals[..] {
+                [] => Surface::flat(uv, alpha),
+                ref normals => {
+                    Surface::smooth(places.map(|at| normals.get(at).copied().unwrap_or(Vec3::Y)), uv, alpha)
+                }
+            };
         }
     }
 

@@ -73,7 +73,7 @@ mod tests {
         let vertices = vec![glam::Vec3::ZERO; 2 * EVENTS_A_FRAME];
         let color = (1.0, 1.0, 1.0, 1.0);
         let large =
-            Event::Polygon { author: Author(1), t: 0.0, stroke: None, vertices, normals: None, color };
+            Event::Polygon { author: Author(1), t: 0.0, stroke: None, vertices, shading: None, color };
         let mut all: Vec<Event> = (0..2 * EVENTS_A_FRAME as u32 + 3).map(end).collect();
         all.extend([large, end(2)]);
         let mut inbox = Inbox::default();

@@ -331,7 +331,7 @@ pub(crate) fn small_gltf() -> (String, Vec<u8>) {
         .u16(0)
         .u16(2)
         .u16(3)
-        .append(&Bytes(vec![255, 0, 0, 128, 255, 0, 0, 128, 255, 0, 0, 128, 255, 0, 0, 255]))
+        .append(&Bytes(vec![255, 0, 0, 128, 255, 0, 0, 128, 255, 0, 0, 128, 255, 0, 0, 128]))
         // What nobody reads.
         .u32s(&[0, 0]);
     let json = r#"{"asset":{"version":"2.0","generator":"a test"},"scene":0,"scenes":[{"nodes":[0,3,4,5,6]}],

@@ -54,7 +54,11 @@ fn messages_are_as_recorded() {
     let (json, buffer) = small_gltf();
     for (from, to) in [
         (r#""version":"2.0""#, r#""version":"1.0""#),
-        (r#""scene":0,"#, r#""extensionsRequired":["KHR_draco_mesh_compression"],"#),
+        (
+            r#""meshes":[
+ {"#,
+            r#""extensionsRequired":["X_packed"],"meshes":[{"extensions":{"X_packed":{}},"#,
+        ),
         (r#""children":[2]"#, r#""children":[0]"#),
         (r#""children":[2]"#, r#""children":[77]"#),
         (r#""mesh":1"#, r#""mesh":9"#),

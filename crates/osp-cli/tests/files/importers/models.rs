@@ -66,7 +66,10 @@ fn models_have_their_polygons_and_sizes() {
 #[test]
 fn models_have_their_colours() {
     let of = |name: &str| colors(&scene_of(&path(name), &OpenOptions::STRICT));
-    assert_eq!(of("mtl_colours.obj"), [[13, 26, 230, 255], [26, 204, 26, 77], [230, 13, 13, 255]]);
+    let expected = [[13, 26, 230, 255], [26, 204, 26, 77], [230, 13, 13, 255]];
+    let found = of("mtl_colours.obj");
+    let is_near = |(a, b): (&u8, &u8)| a.abs_diff(*b) <= 1;
+    assert!(found.as_flattened().iter().zip(expected.as_flattened()).all(is_near), "{found:?}");
     assert_eq!(of("vertex_colours.obj"), [[0, 0, 255, 255], [255, 0, 0, 255]]);
     let chess = of("textured.glb");
     assert_eq!(chess.len(), 2, "{chess:?}");

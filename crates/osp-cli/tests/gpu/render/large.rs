@@ -34,7 +34,7 @@ fn board(axis: usize, center: Vec3, half_m: [f32; 2]) -> Event {
         t: 0.0,
         stroke: None,
         vertices,
-        normals: None,
+        shading: None,
         color: (0.4, 0.5, 0.3, 1.0),
     }
 }

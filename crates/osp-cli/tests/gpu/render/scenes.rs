@@ -68,7 +68,7 @@ pub(crate) fn apply(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
 pub(crate) fn square(center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) -> Event {
     let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
     let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color }
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color }
 }
 
 /// A stroke that winds around the y axis.

@@ -48,7 +48,7 @@ fn plate(number: u32, center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) ->
             t,
             stroke: Some(StrokeId(number)),
             vertices,
-            normals: None,
+            shading: None,
             color,
         },
         other => other,

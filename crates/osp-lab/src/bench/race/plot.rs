@@ -147,7 +147,7 @@ mod tests {
     fn square(z: f32, color: (f32, f32, f32, f32)) -> Event {
         let corner = |x: f32, y: f32| Vec3::new(0.5 * x, 0.5 * y, z);
         let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color }
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color }
     }
 
     fn pixel(picture: &[u8], x: usize, y: usize) -> [u8; 3] {
@@ -180,7 +180,7 @@ mod tests {
         let vertices = floor.map(|(x, z)| Vec3::new(50.0 * x, -0.5, z)).to_vec();
         let color = (1.0, 1.0, 1.0, 1.0);
         let floor =
-            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color };
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color };
         scene.apply_all(&[floor], &mut changes);
         plot.follow(&scene, &changes);
         let picture = plot.picture(&scene);
@@ -198,7 +198,7 @@ mod tests {
         let vertices = vec![Vec3::splat(-3.0e38), Vec3::X * 3.0e38, Vec3::Y * 3.0e38];
         let color = (1.0, 1.0, 1.0, 1.0);
         scene.apply_all(
-            &[Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color }],
+            &[Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color }],
             &mut changes,
         );
         plot.follow(&scene, &changes);

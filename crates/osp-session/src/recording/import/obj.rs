@@ -315,7 +315,7 @@ impl Obj {
         }
         let vertices = corners.iter().map(|corner| corner.p).collect();
         let color = (0.0, 0.0, 0.0, 0.0);
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, normals: None, color }
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color }
             .check()
             .map_err(|expected| Mismatch::new(expected, shown(line)))?;
         self.faces += 1;
@@ -419,6 +419,22 @@ fn place(number: i64, count: usize) -> Option<usize> {
 
 impl EventSource for Obj {
     fn next_event(&mut self) -> Result<Option<Event>> {
+        self.advance().inspect_err(|_| self.is_over = true)
+    }
+
+    fn notes(&self) -> Notes {
+        let mut notes = self.lines.notes.clone();
+        notes.warnings.extend(self.notes.warnings.iter().cloned());
+        notes
+    }
+
+    fn place(&self) -> Place {
+        self.lines.place()
+    }
+}
+
+impl Obj {
+    fn advance(&mut self) -> Result<Option<Event>> {
         loop {
             if let Some(event) = self.queue.pop_front() {
                 return Ok(Some(event));
@@ -438,15 +454,5 @@ impl EventSource for Obj {
                 self.lines.damaged(expected, found)?;
             }
         }
-    }
-
-    fn notes(&self) -> Notes {
-        let mut notes = self.lines.notes.clone();
-        notes.warnings.extend(self.notes.warnings.iter().cloned());
-        notes
-    }
-
-    fn place(&self) -> Place {
-        self.lines.place()
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! The parsing is our own: the crate `tobj` refuses a whole file for an empty `map_Kd`, which many programs write.
 
-use std::{collections::HashMap, io::Read, path::PathBuf};
+use std::{collections::HashMap, io::Read, path::PathBuf, sync::Arc};
 
 use glam::{Vec3, Vec4};
 
@@ -29,7 +29,9 @@ struct Material {
     diffuse: Option<Vec3>,
     opacity: Option<f32>,
     emission: Vec3,
-    texture: Option<Texture>,
+    texture: Option<Arc<Texture>>,
+    /// Whether a file describes the material.
+    is_known: bool,
     /// The line of the texture.
     map: String,
     /// Whether the texture's opacity says where the surface is.
@@ -44,6 +46,8 @@ pub(super) struct Materials {
     room: Room,
     all: Vec<Material>,
     numbers: HashMap<String, usize>,
+    /// The pictures by name, as masks and as others.
+    textures: HashMap<(String, bool), Option<Arc<Texture>>>,
     /// Number of maps that are not shown, such as bump maps.
     other_maps: u64,
     warnings: Vec<String>,
@@ -57,6 +61,7 @@ impl Materials {
             room: Room::new(&options.limits),
             all: Vec::new(),
             numbers: HashMap::new(),
+            textures: HashMap::new(),
             other_maps: 0,
             warnings: Vec::new(),
         }
@@ -85,7 +90,7 @@ impl Materials {
             glow: None,
         };
         let Some(material) = number.and_then(|number| self.all.get(number)) else { return plain };
-        let texture = material.texture.as_ref();
+        let texture = material.texture.as_deref();
         let diffuse = match material.diffuse {
             // A black factor hides the texture, and is written where the texture is all that counts.
             Some(diffuse) if texture.is_none() || diffuse != Vec3::ZERO => diffuse,
@@ -145,7 +150,7 @@ impl Materials {
             if word == "newmtl" {
                 at = self.number_of(rest);
                 if let Some(material) = at.and_then(|at| self.all.get_mut(at)) {
-                    *material = Material::default();
+                    *material = Material { is_known: true, ..Material::default() };
                 }
                 continue;
             }
@@ -186,7 +191,7 @@ impl Materials {
     }
 
     /// The picture that a line names after its options.
-    fn texture(&mut self, line: &str, is_mask: bool) -> Option<(Texture, [Wrap; 2])> {
+    fn texture(&mut self, line: &str, is_mask: bool) -> Option<(Arc<Texture>, [Wrap; 2])> {
         let (mut name, mut wrap) = (line, [Wrap::Repeat; 2]);
         while let Some((option, rest)) = name.strip_prefix('-').and_then(|rest| rest.split_once(' ')) {
             let most = match option {
@@ -210,6 +215,10 @@ impl Materials {
             return None;
         }
         let name = name.replace('\\', "/");
+        let key = (name.clone(), is_mask);
+        if let Some(known) = self.textures.get(&key) {
+            return known.clone().map(|texture| (texture, wrap));
+        }
         let decoded = find(self.model.input(), &name)
             .ok_or_else(|| Mismatch::new("", "there is none beside the model"))
             .and_then(|path| {
@@ -221,13 +230,15 @@ impl Materials {
                 file.map_err(|error| Mismatch::new("", error.to_string()))?;
                 Texture::decode(&bytes, is_mask.then_some(0.5), &mut self.room)
             });
-        match decoded {
-            Ok(texture) => Some((texture, wrap)),
+        let found = match decoded {
+            Ok(texture) => Some(Arc::new(texture)),
             Err(fault) => {
                 self.warn(format!("the texture {} is not shown: {}", shown(&name), fault.found));
                 None
             }
-        }
+        };
+        self.textures.insert(key, found.clone());
+        found.map(|texture| (texture, wrap))
     }
 
     fn warn(&mut self, warning: String) {
@@ -241,9 +252,22 @@ impl Materials {
         self.warnings.iter().map(move |warning| format!("{path}: {warning}"))
     }
 
-    /// What the materials have beyond their colours.
-    pub(super) fn lost(&self) -> Option<String> {
-        (self.other_maps > 0).then(|| format!("{} maps other than of colours (`map_Kd`)", self.other_maps))
+    /// What the materials have beyond their colours, or lack.
+    pub(super) fn lost(&self) -> Vec<String> {
+        let count =
+            |of: fn(&Material) -> bool| self.all.iter().filter(|material| of(material)).count() as u64;
+        [
+            (count(|material| !material.is_known), "materials that no file describes"),
+            (
+                count(|material| material.opacity.is_some_and(|opacity| opacity <= 0.0)),
+                "transparent materials (`d 0`)",
+            ),
+            (self.other_maps, "maps other than of colours (`map_Kd`)"),
+        ]
+        .into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect()
     }
 }
 

@@ -3,8 +3,8 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::texture::{Texture, Wrap, srgb_byte};
-use crate::recording::{Author, Event, Limits, StrokeId};
+use super::texture::{Texture, Wrap, srgb_from_linear};
+use crate::recording::{Author, Event, Limits, Shading, StrokeId};
 
 /// Most polygons that splitting adds to a model. 70,000 triangles of a helmet with a texture of 2048 x 2048 use them
 /// all.
@@ -13,7 +13,7 @@ const MOST_PIECES: u64 = 1 << 18;
 const MOST_SPLITS: u32 = 6;
 /// A colour fits a polygon if its quarters differ from it by at most this, of 255, in each channel.
 const FITS: i32 = 20;
-/// Steps of the opacity of a texture. Each becomes a stroke, because a stroke has one opacity.
+/// Steps of an opacity that differs within a surface. Each becomes a stroke, because a stroke has one opacity.
 const OPACITIES: f32 = 15.0;
 /// Cosine of the angle between a normal and the polygon's own up to which the polygon is flat: 1.8 degrees.
 const FLAT: f32 = 0.9995;
@@ -73,11 +73,12 @@ impl Look<'_> {
         color *= texture;
         let light =
             self.emission * if self.emission == Vec3::ZERO { Vec3::ONE } else { mean(self.glow).truncate() };
-        let [r, g, b] = (color.truncate() + light).to_array().map(srgb_byte);
+        let [r, g, b] =
+            (color.truncate() + light).to_array().map(|c| (srgb_from_linear(c) * 255.0).round() as u8);
         let alpha = match (self.alpha, self.texture) {
             (Alpha::Opaque, _) => 1.0,
-            (Alpha::Blend, None) => color.w,
-            (Alpha::Blend, Some(_)) => (color.w * OPACITIES).round() / OPACITIES,
+            (Alpha::Blend, None) if corners.iter().all(|of| of.color.w == corners[0].color.w) => color.w,
+            (Alpha::Blend, _) => (color.w * OPACITIES).round() / OPACITIES,
             (Alpha::Mask(cutoff), None) => f32::from(color.w >= cutoff),
             (Alpha::Mask(_), Some(_)) if texture.w < MASKED[0] => 0.0,
             (Alpha::Mask(_), Some(_)) if texture.w > MASKED[1] => 1.0,
@@ -89,10 +90,9 @@ impl Look<'_> {
 
 /// A polygon in one colour.
 #[derive(Clone, Debug)]
-#[allow(clippy::box_collection, reason = "as in `Event`")]
 pub(super) struct Painted {
     pub(super) corners: Vec<Vec3>,
-    pub(super) normals: Option<Box<Vec<Vec3>>>,
+    pub(super) shading: Option<Box<Shading>>,
     pub(super) color: [u8; 4],
 }
 
@@ -105,19 +105,34 @@ impl Painted {
         // The side to which normals point does not matter here.
         let is_curved = |normal: Vec3| normal.dot(flat).abs() < FLAT;
         let has_all = normals().all(|normal| normal != Vec3::ZERO);
-        let normals = (has_all && normals().any(is_curved)).then(|| Box::new(normals().collect()));
-        Self { corners: points, normals, color }
+        let is_smooth = has_all && normals().any(is_curved);
+        let shading =
+            is_smooth.then(|| Box::new(Shading { normals: normals().collect(), ..Shading::default() }));
+        Self { corners: points, shading, color }
+    }
+
+    /// A polygon that a brush has painted.
+    pub(super) fn by_brush(corners: &[Corner]) -> Self {
+        // A texture repeats, and a surface stores small coordinates.
+        let first = corners.iter().map(|corner| corner.uv).fold(Vec2::INFINITY, Vec2::min).floor();
+        let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let color = corners.iter().map(|corner| corner.color).sum::<Vec4>() / corners.len() as f32;
+        let mut of = Self::of(corners, [byte(color.x), byte(color.y), byte(color.z), 255]);
+        let shading = of.shading.get_or_insert_default();
+        shading.uv = corners.iter().map(|corner| corner.uv - first).collect();
+        shading.alpha = corners.iter().map(|corner| corner.color.w).collect();
+        of
     }
 
     pub(super) fn event(self, stroke: StrokeId) -> Event {
         let [r, g, b, a] = self.color.map(|byte| f32::from(byte) / 255.0);
-        let (vertices, normals) = (self.corners, self.normals);
+        let (vertices, shading) = (self.corners, self.shading);
         Event::Polygon {
             author: Author::SOLE,
             t: 0.0,
             stroke: Some(stroke),
             vertices,
-            normals,
+            shading,
             color: (r, g, b, a),
         }
     }

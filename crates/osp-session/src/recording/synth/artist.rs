@@ -199,7 +199,7 @@ impl Artist {
             t: self.time(),
             stroke: None,
             vertices,
-            normals: None,
+            shading: None,
             color,
         });
         self.polygons += corners.len().saturating_sub(2).min(1) as u64;

@@ -229,6 +229,6 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         1 => (time(), 0..Event::MAX_LAYERS, strokes())
             .prop_map(|(t, layer, strokes)| Event::Assign { author: Author::SOLE, t, layer, strokes }),
         1 => (time(), prop::option::of(stroke()), prop::collection::vec(point(), 3..20), color())
-            .prop_map(|(t, stroke, vertices, color)| Event::Polygon { author: Author::SOLE, t, stroke, vertices, normals: None, color }),
+            .prop_map(|(t, stroke, vertices, color)| Event::Polygon { author: Author::SOLE, t, stroke, vertices, shading: None, color }),
     ]
 }

@@ -92,7 +92,7 @@ fn numbers_are_those_of_the_author() {
         author: A,
         stroke: Some(id(B, 0)),
         vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-        normals: None,
+        shading: None,
         color: (1.0, 1.0, 1.0, 1.0),
     };
     events.push(polygon);

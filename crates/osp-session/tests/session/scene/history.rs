@@ -154,7 +154,7 @@ fn edits_of_many_strokes_are_remembered_less_long() {
                 t: 0.0,
                 stroke,
                 vertices,
-                normals: None,
+                shading: None,
                 color: (1.0, 1.0, 1.0, 1.0),
             }],
         );

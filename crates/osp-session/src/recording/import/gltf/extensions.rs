@@ -6,10 +6,13 @@ use serde_json::{Map, Value};
 pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 pub(super) const INSTANCES: &str = "EXT_mesh_gpu_instancing";
+/// Materials of Tilt Brush and Open Brush.
+pub(super) const BRUSH: &str = "GOOGLE_tilt_brush_material";
 pub(super) const VISIBLE: &str = "KHR_node_visibility";
 
 /// Extensions that are applied, or change nothing that is seen.
-const SHOWN: [&str; 18] = [
+const SHOWN: [&str; 19] = [
+    BRUSH,
     MESHOPT[0],
     MESHOPT[1],
     DRACO,

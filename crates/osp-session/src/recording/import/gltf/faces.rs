@@ -49,7 +49,7 @@ impl Faces {
                 t: 0.0,
                 stroke: None,
                 vertices,
-                normals: None,
+                shading: None,
                 color,
             })
             .check()
@@ -57,6 +57,7 @@ impl Faces {
                 Err(expected) => {
                     fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
                 }
+                Ok(()) if mesh.surface.brush.is_some() => out.push(Painted::by_brush(&corners)),
                 Ok(()) => splitter.paint(&corners, &look, out),
             }
         };

@@ -35,8 +35,9 @@ use super::{
     paint::{Painted, Splitter},
     session_name,
 };
+use crate::brush::Brush;
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, Session, StrokeId,
+    Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, Session, StrokeId, Tool,
     error::{Mismatch, Result},
     input::Input,
 };
@@ -150,10 +151,16 @@ impl Gltf {
 
     fn push_polygons(&mut self, part: &mut Part, polygons: Vec<Painted>) {
         self.polygons += polygons.len() as u64;
+        let mesh = part.node.mesh.and_then(|mesh| self.file.root.meshes.get(mesh));
+        let material = mesh.and_then(|mesh| mesh.primitives.get(part.primitive)?.material);
+        let brush = self.surfaces.of(material.map(|material| material.value())).brush;
         for polygon in polygons {
             let opacity = polygon.color[3];
             let known = part.strokes.get(&opacity).copied();
             let stroke = known.unwrap_or(StrokeId(self.next_stroke));
+            if let Some(brush) = brush.filter(|_| known.is_none()) {
+                self.queue.extend(brush_stroke(stroke, brush));
+            }
             self.queue.push_back(polygon.event(stroke));
             if known.is_none() {
                 self.next_stroke += 1;
@@ -178,6 +185,22 @@ impl Gltf {
         }
         Ok(())
     }
+}
+
+/// The events of a stroke whose polygons are those of a model.
+fn brush_stroke(stroke: StrokeId, brush: &Brush) -> [Event; 2] {
+    let begin = Event::Begin {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke,
+        tool: Tool::Ribbon,
+        width: 0.01,
+        color: (1.0, 1.0, 1.0, 1.0),
+        normal: NormalRule::LocalX,
+        thinnest: 1.0,
+        paint: Some(Box::new(Paint::new(&*brush.name, 0))),
+    };
+    [begin, Event::End { t: 0.0, stroke }]
 }
 
 impl EventSource for Gltf {

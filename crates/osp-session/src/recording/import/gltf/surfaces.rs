@@ -12,8 +12,10 @@ use gltf_json::{
 
 use super::{
     container::{File, read_beside},
+    extensions::BRUSH,
     uri,
 };
+use crate::brush::{self, Brush};
 use crate::recording::{
     Limits,
     error::Mismatch,
@@ -39,6 +41,8 @@ pub(super) struct Surface {
     /// The set of texture coordinates, and their transform.
     pub(super) coordinates: u32,
     pub(super) transform: Affine2,
+    /// The brush of Tilt Brush or Open Brush that has painted the surface.
+    pub(super) brush: Option<&'static Brush>,
 }
 
 impl Default for Surface {
@@ -52,6 +56,7 @@ impl Default for Surface {
             wrap: [Wrap::Repeat; 2],
             coordinates: 0,
             transform: Affine2::IDENTITY,
+            brush: None,
         }
     }
 }
@@ -80,7 +85,8 @@ impl Surfaces {
             let what = if count == 1 { "1 texture".to_owned() } else { format!("{count} textures") };
             of.lost.push(format!("{what} ({first})"));
         }
-        let others = file.root.materials.iter().map(other_textures).sum::<usize>();
+        let plain = file.root.materials.iter().zip(&of.all).filter(|(_, surface)| surface.brush.is_none());
+        let others = plain.map(|(material, _)| other_textures(material)).sum::<usize>();
         if others > 0 {
             of.lost.push(format!("{others} textures of roughness, metal, relief or occlusion"));
         }
@@ -122,6 +128,10 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn surface(&mut self, material: &Material, textures: &mut Vec<Texture>) -> Surface {
+        let painted = material.extensions.as_ref().and_then(|of| of.others.get(BRUSH)?.get("guid")?.as_str());
+        if let Some(brush) = painted.and_then(brush::find) {
+            return Surface { brush: Some(brush), ..Surface::default() };
+        }
         let pbr = &material.pbr_metallic_roughness;
         let extensions = material.extensions.as_ref();
         let old = extensions.and_then(|of| of.pbr_specular_glossiness.as_ref());
