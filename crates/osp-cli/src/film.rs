@@ -14,7 +14,7 @@ use super::{
     parsers::Size,
     progress,
     read_session::{Keep, ReadSession},
-    render_args::FilmArgs,
+    render_args::{Background, FilmArgs},
 };
 use osp::{
     math::{Aabb, rotate},
@@ -80,6 +80,13 @@ fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<Strin
     let bounds = main_bounds(model, &summary.bounds);
     let mut drawer = Offscreen::on(gpu, width, height, &config)?;
     drawer.renderer.set_environment(header.environment.as_deref());
+    match args.shown.background {
+        Some(Background::Transparent) => {
+            bail!("--background transparent: films have no transparent background")
+        }
+        Some(background) => background.apply(&mut drawer.renderer),
+        None => {}
+    }
     warn(&format!("drawn by {}", drawer.renderer.gpu.name()));
     if let Some(asked) = args.size.filter(|asked| (asked.width, asked.height) != (width, height)) {
         let Size { width: asked_width, height: asked_height } = asked;

@@ -13,7 +13,7 @@ use super::{
     played::FrameChoice,
     progress,
     read_session::{Keep, ReadSession},
-    render_args::{RenderArgs, RenderCamera},
+    render_args::{Background, RenderArgs, RenderCamera},
     render_order::{OrderTrials, named_orders},
     render_painter::{PainterPictures, named_painter},
     render_pictures::{Picture, Pictures},
@@ -85,6 +85,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drawer.renderer.set_environment(environment.as_deref());
     drawer.renderer.set_time(args.shown.time);
     drawer.renderer.set_colors(args.colors());
+    let background = args.shown.background;
+    if let Some(background) = background {
+        background.apply(&mut drawer.renderer);
+    }
     // Uses a second drawer, so that the state of the first drawer cannot hide an error.
     let mut by_painter = match painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
@@ -112,6 +116,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         uncut.renderer.set_environment(environment.as_deref());
         uncut.renderer.set_time(args.shown.time);
         uncut.renderer.set_colors(args.colors());
+        if let Some(background) = background {
+            background.apply(&mut uncut.renderer);
+        }
     }
     let mut rig = rig;
     let wanted = Wanted::new(args, &summary)?;
@@ -192,7 +199,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 let whole = match &mut uncut {
                     Some(uncut) => {
                         let every: VisibleBlocks = scene.visible_ids().collect();
-                        Some(picture(uncut, shown, scene, view, &every)?.0)
+                        let draw = |uncut: &mut Offscreen| picture(uncut, shown, scene, view, &every);
+                        Some(Background::image(background, uncut, draw)?.0)
                     }
                     None => None,
                 };
@@ -211,7 +219,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     let (first, _) = picture(&mut drawer, shown, scene, view, ids)?;
                     compare(&first, ", drawn first");
                 }
-                let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
+                let draw = |drawer: &mut Offscreen| picture(drawer, shown, scene, view, ids);
+                let (image, times) = Background::image(background, &mut drawer, draw)?;
                 let path = shown.path(&wanted.path(args, moment.frame));
                 outputs.write_picture(&path, &image)?;
                 print_result(&line(moment.frame, scene, ids, &times, &path))?;

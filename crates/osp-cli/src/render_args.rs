@@ -1,8 +1,8 @@
 //! The arguments of `osp render`, `osp film` and `osp thumbs`.
 
-use std::path::PathBuf;
 #[cfg(feature = "window")]
 use std::{ffi::OsStr, path::Path};
+use std::{path::PathBuf, str::FromStr};
 
 use clap::{
     Args,
@@ -20,6 +20,8 @@ use super::{
     rig_args::RigPathArgs,
 };
 use osp_lab::Method;
+#[cfg(feature = "render")]
+use osp_render::{Image, Offscreen, Renderer, linear_from_srgb};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Camera, Pace},
@@ -137,10 +139,63 @@ pub(super) struct ShownArgs {
     /// Time at which animated brushes are shown, seconds after the beginning.
     #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
     pub(super) time: f32,
+    /// Colour behind the model, as #rrggbb, or `transparent` (not in films) [default: the sky of the session, else dark, or
+    /// light behind dark models].
+    #[arg(long, value_name = "COLOR")]
+    pub(super) background: Option<Background>,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
     #[command(flatten)]
     pub(super) force: ForceArgs,
+}
+
+/// What lies behind a model in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Background {
+    Transparent,
+    /// sRGB.
+    Color([u8; 3]),
+}
+
+impl FromStr for Background {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "transparent" {
+            return Ok(Self::Transparent);
+        }
+        let digits = text.strip_prefix('#').unwrap_or(text);
+        let number = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
+        let [_, r, g, b] = number.ok_or("expected #rrggbb or transparent")?.to_be_bytes();
+        Ok(Self::Color([r, g, b]))
+    }
+}
+
+#[cfg(feature = "render")]
+impl Background {
+    /// Applies a colour to a renderer.
+    pub(super) fn apply(self, renderer: &mut Renderer) {
+        renderer.hide_sky();
+        if let Self::Color(color) = self {
+            renderer.set_background(color.map(|c| linear_from_srgb(f64::from(c) / 255.0)));
+        }
+    }
+
+    /// The picture that `draw` draws, with a transparent background if that is asked for.
+    pub(super) fn image<T>(
+        of: Option<Self>,
+        drawer: &mut Offscreen,
+        mut draw: impl FnMut(&mut Offscreen) -> anyhow::Result<(Image, T)>,
+    ) -> anyhow::Result<(Image, T)> {
+        if of != Some(Self::Transparent) {
+            return draw(drawer);
+        }
+        drawer.renderer.set_background([0.0; 3]);
+        let (black, _) = draw(drawer)?;
+        drawer.renderer.set_background([1.0; 3]);
+        let (white, times) = draw(drawer)?;
+        Ok((Image::cut_out(&black, &white), times))
+    }
 }
 
 /// Position of the eye in a picture.
@@ -246,6 +301,10 @@ pub(super) struct ThumbsArgs {
     /// Width and height in pixels.
     #[arg(long, default_value = "320x240")]
     pub(super) size: Size,
+    /// Colour behind the model, as #rrggbb, or `transparent` [default: the sky of the session, else dark, or light behind
+    /// dark models].
+    #[arg(long, value_name = "COLOR")]
+    pub(super) background: Option<Background>,
     #[command(flatten)]
     pub(super) force: ForceArgs,
     #[command(flatten)]

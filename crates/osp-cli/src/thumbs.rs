@@ -9,7 +9,7 @@ use super::{
     output::{Outcome, warn},
     outputs::Outputs,
     read_session::{Keep, ReadSession},
-    render_args::{MOMENT_S, ThumbsArgs},
+    render_args::{Background, MOMENT_S, ThumbsArgs},
     session::OpenSession,
 };
 use osp::polygon::{Change, VisibleBlocks};
@@ -46,8 +46,13 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     drawer.renderer.follow(&changes);
     let polygons: VisibleBlocks = scene.visible_ids().collect();
     let view = still_view(&scene, &summary.bounds, header.camera, direction_to_artist, drawer.aspect());
-    drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
-    let image = drawer.image()?;
+    if let Some(background) = args.background {
+        background.apply(&mut drawer.renderer);
+    }
+    let (image, ()) = Background::image(args.background, &mut drawer, |drawer| {
+        drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
+        Ok((drawer.image()?, ()))
+    })?;
     output.write_by(|file| image.write_png_to(file))?;
     Ok(session.not_shown().into_iter().chain(session.notes().warnings.iter().cloned()).collect())
 }

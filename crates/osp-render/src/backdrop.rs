@@ -17,7 +17,7 @@ pub fn background_for(scene: &Scene) -> [f64; 3] {
     let [dark, light] = [DARK, LIGHT].map(luminance);
     for stroke in scene.strokes().iter().filter(|stroke| stroke.is_visible()) {
         let lost_in = |(r, g, b, _)| {
-            let ink = luminance([r, g, b].map(|c: f32| linear(f64::from(c))));
+            let ink = luminance([r, g, b].map(|c: f32| linear_from_srgb(f64::from(c))));
             [dark, light].map(|background| u64::from(contrast(ink, background) < LEAST_CONTRAST))
         };
         // Polygons in a row mostly have the same colour.
@@ -42,7 +42,8 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-fn linear(srgb: f64) -> f64 {
+/// A colour channel in sRGB as a linear one, 0 to 1.
+pub fn linear_from_srgb(srgb: f64) -> f64 {
     if srgb <= 0.04045 { srgb / 12.92 } else { libm::pow((srgb + 0.055) / 1.055, 2.4) }
 }
 

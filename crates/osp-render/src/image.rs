@@ -6,8 +6,8 @@ use osp_session::atomic_file::write_atomically;
 /// Largest rounding error of a colour component, 0 to 255, after averaging colours.
 const ROUNDING: u8 = 2;
 
-/// A finished picture: sRGB, 8 bits for each of red, green, blue and alpha, row by row from the top. Alpha is always
-/// 255.
+/// A finished picture: sRGB, 8 bits for each of red, green, blue and alpha, row by row from the top. Alpha is 255, except
+/// in a [cut-out](Image::cut_out) picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -23,6 +23,22 @@ impl Image {
     pub(super) fn new(width: u32, height: u32, rgba: Vec<u8>) -> Self {
         assert_eq!(rgba.len(), width as usize * height as usize * 4, "four bytes a pixel");
         Self { width, height, rgba }
+    }
+
+    /// The picture without its background, from the same picture before black and before white. What covers a pixel in
+    /// part is transparent in part, and light that is added is transparent paint of its colour.
+    ///
+    /// # Panics
+    /// The sizes differ.
+    pub fn cut_out(black: &Self, white: &Self) -> Self {
+        let pixel = |(black, white): (&[u8], &[u8])| {
+            let through = (0..3).map(|i| white[i].saturating_sub(black[i])).min().unwrap_or_default();
+            let alpha = 255 - through;
+            let own = |i: usize| (u32::from(black[i]) * 255 / u32::from(alpha.max(1))).min(255) as u8;
+            [own(0), own(1), own(2), alpha]
+        };
+        let rgba = black.rgba.chunks_exact(4).zip(white.rgba.chunks_exact(4)).flat_map(pixel).collect();
+        Self::new(black.width, black.height, rgba)
     }
 
     pub fn width(&self) -> u32 {

@@ -60,7 +60,7 @@ mod timer;
 mod video;
 mod view_slot;
 
-pub use backdrop::background_for;
+pub use backdrop::{background_for, linear_from_srgb};
 pub use error::RenderError;
 pub use formats::SAMPLES;
 pub use gpu::{Gpu, instance_flags};

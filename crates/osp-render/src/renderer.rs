@@ -83,6 +83,8 @@ pub struct Renderer {
     /// Created when GPU culling is first selected for a view.
     hzb: Option<Hzb>,
     background: wgpu::Color,
+    /// Whether the background replaces the sky of an environment.
+    hides_sky: bool,
 }
 
 impl Renderer {
@@ -105,6 +107,7 @@ impl Renderer {
             parts: None,
             hzb: None,
             background: wgpu::Color::BLACK,
+            hides_sky: false,
             gpu,
         };
         renderer.set_background(config.background);
@@ -117,12 +120,23 @@ impl Renderer {
         self.background = wgpu::Color { r, g, b, a: 1.0 };
     }
 
+    /// Shows the background in place of the sky of an environment. Its light stays.
+    pub fn hide_sky(&mut self) {
+        self.hides_sky = true;
+        if let Some(paint) = &mut self.paint {
+            paint.hide_sky();
+        }
+    }
+
     /// Sets light and sky. Without an environment the background is visible, and the default environment of Tilt Brush
     /// lights brush strokes.
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.environment = environment.cloned();
         if let Some(paint) = &mut self.paint {
             paint.set_environment(self.environment.as_ref());
+            if self.hides_sky {
+                paint.hide_sky();
+            }
         }
     }
 
@@ -206,6 +220,9 @@ impl Renderer {
             let paint = paint.get_or_insert_with(|| {
                 Paint::new(gpu, view_layout, &of.chunks.layout, of.chunk_len(), environment.as_ref())
             });
+            if self.hides_sky {
+                paint.hide_sky();
+            }
             if std::mem::take(&mut self.has_changed) {
                 paint.note_change();
             }

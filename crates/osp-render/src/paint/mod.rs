@@ -101,6 +101,10 @@ impl Paint {
         self.pipelines.show_sky(environment.is_some());
     }
 
+    pub(super) fn hide_sky(&mut self) {
+        self.pipelines.show_sky(false);
+    }
+
     /// Records that polygons were added, moved or removed.
     pub(super) fn note_change(&mut self) {
         self.shadow.note_change();

@@ -57,10 +57,13 @@ pub use tilt::tilt_thumbnail;
 
 /// The other files that are part of the session at `path`.
 pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
-    let is_gltf = path
-        .extension()
-        .is_some_and(|ending| ["glb", "gltf"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
-    if is_gltf { gltf::files_beside(path) } else { cassie::files_beside(path) }
+    let is_any =
+        |endings: &[&str]| endings.iter().any(|ending| crate::platform::fs::has_ending(path, ending));
+    match (is_any(&[".glb", ".gltf"]), is_any(&[".obj", ".obj.gz"])) {
+        (true, _) => gltf::files_beside(path),
+        (_, true) => obj_material::files_beside(path),
+        _ => cassie::files_beside(path),
+    }
 }
 
 /// The name of a group, as far as a recording can hold it.

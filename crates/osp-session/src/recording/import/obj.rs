@@ -295,10 +295,11 @@ impl Obj {
                     return Ok(());
                 }
                 let found = format!("corner {number} in {}", shown(line));
-                return Err(Mismatch {
-                    expected: format!("corners from 1 to {count} or from -{count} to -1"),
-                    found,
-                });
+                let expected = match count {
+                    0 => "a vertex (`v`) for each corner".to_owned(),
+                    _ => format!("corners from 1 to {count} or from -{count} to -1"),
+                };
+                return Err(Mismatch { expected, found });
             };
             let mut further = || numbers.next().and_then(|number| number.parse::<i64>().ok());
             let (uv, normal) = (further(), further());

@@ -3,7 +3,12 @@
 //!
 //! The parsing is our own: the crate `tobj` refuses a whole file for an empty `map_Kd`, which many programs write.
 
-use std::{collections::HashMap, io::Read, path::PathBuf, sync::Arc};
+use std::{
+    collections::HashMap,
+    io::Read,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use glam::{Vec3, Vec4};
 
@@ -21,6 +26,8 @@ use crate::recording::{
 
 /// Colour of faces without a material, linear.
 pub(super) const PLAIN: Vec4 = Vec4::new(0.477, 0.477, 0.448, 1.0);
+/// Number of lines of a model or a file of materials in which files are named.
+const MOST_LINES: usize = 1 << 14;
 /// Most warnings about materials and their pictures.
 const MOST_WARNINGS: usize = 16;
 
@@ -163,9 +170,12 @@ impl Materials {
             match word {
                 "Kd" => material.diffuse = color.or(material.diffuse),
                 "Ke" => material.emission = color.unwrap_or_default(),
-                // Some programs write `Tr 1` beside `d 1`, so `d` decides.
                 "d" => material.opacity = numbers.first().copied().or(material.opacity),
-                "Tr" => material.opacity = material.opacity.or(numbers.first().map(|hidden| 1.0 - hidden)),
+                // `Tr 1` is transparent by the format, but MeshLab and others write it for what is opaque.
+                "Tr" => {
+                    let hidden = numbers.first().filter(|hidden| **hidden < 1.0);
+                    material.opacity = material.opacity.or(hidden.map(|hidden| 1.0 - hidden));
+                }
                 "map_Kd" => {
                     if let Some((texture, wrap)) = texture {
                         (material.texture, material.wrap) = (Some(texture), wrap);
@@ -192,29 +202,10 @@ impl Materials {
 
     /// The picture that a line names after its options.
     fn texture(&mut self, line: &str, is_mask: bool) -> Option<(Arc<Texture>, [Wrap; 2])> {
-        let (mut name, mut wrap) = (line, [Wrap::Repeat; 2]);
-        while let Some((option, rest)) = name.strip_prefix('-').and_then(|rest| rest.split_once(' ')) {
-            let most = match option {
-                "o" | "s" | "t" => 3,
-                "mm" => 2,
-                _ => 1,
-            };
-            name = rest.trim_ascii();
-            for at in 0..most {
-                let Some((value, rest)) = name.split_once(' ') else { break };
-                if at > 0 && value.parse::<f32>().is_err() {
-                    break;
-                }
-                if (option, value) == ("clamp", "on") {
-                    wrap = [Wrap::Clamp; 2];
-                }
-                name = rest.trim_ascii();
-            }
-        }
+        let (name, wrap) = picture(line);
         if name.is_empty() {
             return None;
         }
-        let name = name.replace('\\', "/");
         let key = (name.clone(), is_mask);
         if let Some(known) = self.textures.get(&key) {
             return known.clone().map(|texture| (texture, wrap));
@@ -266,7 +257,7 @@ impl Materials {
         ]
         .into_iter()
         .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what}"))
+        .map(|(count, what)| format!("{what}: {count}"))
         .collect()
     }
 }
@@ -280,4 +271,47 @@ fn find(model: Input<'_>, name: &str) -> Option<PathBuf> {
             && model.beside(&path).lies_within(uri::folder(model.path)).unwrap_or(false);
         is_here.then_some(path)
     })
+}
+
+/// The picture that a line names after its options.
+fn picture(line: &str) -> (String, [Wrap; 2]) {
+    let (mut name, mut wrap) = (line, [Wrap::Repeat; 2]);
+    while let Some((option, rest)) = name.strip_prefix('-').and_then(|rest| rest.split_once(' ')) {
+        let most = match option {
+            "o" | "s" | "t" => 3,
+            "mm" => 2,
+            _ => 1,
+        };
+        name = rest.trim_ascii();
+        for at in 0..most {
+            let Some((value, rest)) = name.split_once(' ') else { break };
+            if at > 0 && value.parse::<f32>().is_err() {
+                break;
+            }
+            if (option, value) == ("clamp", "on") {
+                wrap = [Wrap::Clamp; 2];
+            }
+            name = rest.trim_ascii();
+        }
+    }
+    (name.replace('\\', "/"), wrap)
+}
+
+/// The files of the materials that a model names in its first lines, and their pictures.
+pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
+    let lines_of = |path: &Path| {
+        let mut lines = LineReader::open(Input::on_disk(path), &OpenOptions::LENIENT).ok();
+        std::iter::from_fn(move || lines.as_mut()?.next_line().ok().flatten()).take(MOST_LINES)
+    };
+    let named = |line: &str| {
+        let (word, rest) = line.trim_ascii().split_once(|c: char| c.is_ascii_whitespace())?;
+        let name = if word == "mtllib" { rest.replace('\\', "/") } else { picture(rest).0 };
+        let is_file = word == "mtllib" || word.starts_with("map_");
+        is_file.then(|| find(Input::on_disk(path), name.trim_ascii())).flatten()
+    };
+    let mut files: Vec<PathBuf> = lines_of(path).filter_map(|line| named(&line)).collect();
+    let pictures: Vec<PathBuf> =
+        files.iter().flat_map(|file| lines_of(file)).filter_map(|line| named(&line)).collect();
+    files.extend(pictures);
+    files
 }

@@ -334,7 +334,7 @@ pub(super) fn read_beside(
     Ok(Ok(bytes))
 }
 
-/// The files of the buffers that a model refers to, as far as the model can be read.
+/// The files of the buffers and pictures that a model refers to, as far as the model can be read.
 pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let mut damage = Damage { is_lenient: true, notes: Default::default() };
     let mut bytes = Vec::new();
@@ -348,7 +348,10 @@ pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
         false => Ok(0..bytes.len()),
     };
     let root = json.and_then(|json| parse(path, json.start, &bytes[json], &Limits::DEFAULT));
-    let uris = root.into_iter().flat_map(|root| root.buffers).filter_map(|buffer| buffer.uri);
+    let uris = root.into_iter().flat_map(|root| {
+        let buffers = root.buffers.into_iter().filter_map(|buffer| buffer.uri);
+        buffers.chain(root.images.into_iter().filter_map(|image| image.uri)).collect::<Vec<_>>()
+    });
     let files = uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok());
     let folder = uri::folder(path);
     // A missing file is included, because another program may create it later.
