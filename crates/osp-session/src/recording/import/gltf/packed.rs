@@ -104,47 +104,25 @@ fn vertices(bytes: &[u8], count: usize, stride: u64) -> Option<Vec<u8>> {
 
 #[cfg(feature = "compress")]
 fn filter(bytes: &mut Vec<u8>, name: &str, stride: u64) -> Option<()> {
-    use meshopt::{decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat};
-    let shorts = |bytes: &[u8]| -> Vec<[i16; 4]> {
-        let short = |at: [u8; 8], i: usize| i16::from_ne_bytes([at[2 * i], at[2 * i + 1]]);
-        bytes.as_chunks().0.iter().map(|at| [0, 1, 2, 3].map(|i| short(*at, i))).collect()
-    };
-    let raw = |shorts: Vec<[i16; 4]>| shorts.into_iter().flatten().flat_map(i16::to_ne_bytes).collect();
+    macro_rules! filtered {
+        ($number:ty, $count:literal, $filter:path) => {{
+            const SIZE: usize = size_of::<$number>();
+            let number = |of: &[[u8; SIZE]], i: usize| <$number>::from_ne_bytes(of[i]);
+            let elements = bytes.as_chunks::<{ SIZE * $count }>().0.iter().map(|of| of.as_chunks().0);
+            let mut values: Vec<[$number; $count]> =
+                elements.map(|of| std::array::from_fn(|i| number(of, i))).collect();
+            $filter(&mut values);
+            *bytes = values.into_iter().flatten().flat_map(<$number>::to_ne_bytes).collect();
+        }};
+    }
     match (name, stride) {
         ("" | "NONE", _) => {}
-        ("OCTAHEDRAL", 4) => {
-            let mut normals: Vec<[i8; 4]> =
-                bytes.as_chunks().0.iter().map(|of| of.map(|b: u8| b as i8)).collect();
-            decode_filter_oct(&mut normals);
-            *bytes = normals.into_iter().flatten().map(|b| b as u8).collect();
-        }
-        ("OCTAHEDRAL", 8) => {
-            let mut normals = shorts(bytes);
-            decode_filter_oct(&mut normals);
-            *bytes = raw(normals);
-        }
-        ("QUATERNION", 8) => {
-            let mut turns = shorts(bytes);
-            decode_filter_quat(&mut turns);
-            *bytes = raw(turns);
-        }
-        ("EXPONENTIAL", _) => {
-            let mut words: Vec<[u32; 1]> =
-                bytes.as_chunks().0.iter().map(|word| [u32::from_ne_bytes(*word)]).collect();
-            decode_filter_exp(&mut words);
-            *bytes = words.into_iter().flatten().flat_map(u32::to_ne_bytes).collect();
-        }
-        ("COLOR", 4) => {
-            let mut colors = bytes.as_chunks::<4>().0.to_vec();
-            decode_filter_color(&mut colors);
-            *bytes = colors.concat();
-        }
-        ("COLOR", 8) => {
-            let mut colors: Vec<[u16; 4]> =
-                shorts(bytes).into_iter().map(|of| of.map(|c| c as u16)).collect();
-            decode_filter_color(&mut colors);
-            *bytes = raw(colors.into_iter().map(|of| of.map(|c| c as i16)).collect());
-        }
+        ("OCTAHEDRAL", 4) => filtered!(i8, 4, meshopt::decode_filter_oct),
+        ("OCTAHEDRAL", 8) => filtered!(i16, 4, meshopt::decode_filter_oct),
+        ("QUATERNION", 8) => filtered!(i16, 4, meshopt::decode_filter_quat),
+        ("EXPONENTIAL", _) => filtered!(u32, 1, meshopt::decode_filter_exp),
+        ("COLOR", 4) => filtered!(u8, 4, meshopt::decode_filter_color),
+        ("COLOR", 8) => filtered!(u16, 4, meshopt::decode_filter_color),
         _ => return None,
     }
     Some(())
