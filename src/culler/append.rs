@@ -1,7 +1,6 @@
 use super::{
     culler::Culler,
     keys::{Key, Places},
-    occluder::Occluder,
 };
 use crate::{index::SpatialIndex, math::Frustum};
 
@@ -59,15 +58,13 @@ impl<K: Key> Culler<K> {
                 self.set(key, [bounds.min, bounds.max]);
             }
         }
-        for (slot, polygons) in other.hiding.iter().flat_map(|hiding| hiding.iter()) {
+        for (slot, occluder) in other.hiding.iter().flat_map(|hiding| hiding.iter()) {
             let Some(key) = other.keys.key_in(slot) else { continue };
             if other.bounds_of(slot).is_none() {
                 // The object of `other` has no box, so the object of `self` loses its box, too.
                 self.remove(key);
             }
-            if let Ok(occluder) = Occluder::of_polygons(polygons) {
-                self.set_occluder(key, occluder);
-            }
+            self.set_occluder(key, occluder.clone());
         }
         for (slot, &layers) in other.layers.iter() {
             if let Some(key) = other.keys.key_in(slot) {

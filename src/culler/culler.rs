@@ -125,7 +125,7 @@ impl<K: Key> Culler<K> {
         let Some(slot) = self.slot(key) else { return };
         let bounds = self.bounds_of(slot);
         let hiding = self.hiding.get_or_insert_with(|| Box::new(Hiding::new()));
-        if hiding.set(slot, bounds, &occluder).is_err() {
+        if hiding.set(slot, bounds, None, occluder).is_err() {
             self.refuse(key, Refusal::Occluder);
         }
     }
@@ -218,7 +218,7 @@ impl<K: Key> Culler<K> {
         let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum_within(|| *bounds).may_see(bounds);
         let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
         if let (Some(hiding), Some(window)) = (&mut self.hiding, camera.hiding_window()) {
-            hiding.mark_hidden((&self.layers, camera.layers()), window, &boxes, &mut hidden);
+            hiding.mark_hidden((&self.layers, camera.layers()), (window, camera.frustum()), &boxes, &mut hidden);
         }
         hidden
     }

@@ -1,11 +1,13 @@
 use std::collections::BTreeMap;
 
+use glam::Vec3;
+
 use super::{indexed::Indexed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
-        CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, Verdict, ViewOcclusion,
-        remove_hidden,
+        Columns, CullConfig, Layered, MeshBuffer, Meshes, OccluderPool, Occlusion,
+        OcclusionConfig, OcclusionCuller, Selector, Verdict, remove_hidden,
     },
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
@@ -14,26 +16,47 @@ use crate::{
 /// Largest number of stored changes. If there are more, all are applied before the next frame.
 const MOST_STORED: usize = 1 << 16;
 
+/// Default of [`Hiding::budget`]: what takes about half a millisecond.
+const BUDGET: u64 = 600_000;
+
+/// Width and height of the buffer.
+const BUFFER_PX: [usize; 2] = [640, 384];
+
+/// The place of an object that has not moved.
+const UNMOVED: Columns = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ZERO];
+
 /// The occluders of all objects, and the cullers built from them. The polygons of occluders have numbers of their own.
 #[derive(Debug)]
 pub(super) struct Hiding {
     surfaces: OccluderPolygons,
+    meshes: Meshes,
     of_object: BTreeMap<Slot, ObjectOccluder>,
     has_occluder: ById<bool>,
     changes: Vec<Change>,
     pool: OccluderPool,
     config: OcclusionConfig,
     /// The first culler is for [`Culler::are_hidden`](super::Culler::are_hidden), the others for the cameras of a frame.
-    views: Vec<ViewOcclusion>,
+    views: Vec<OccludedView>,
+    /// Largest work of a view's buffer.
+    pub(super) budget: u64,
 }
 
 /// An object's occluder and box.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct ObjectOccluder {
-    /// The numbers of the occluder's polygons.
+    occluder: Occluder,
+    /// The numbers of the occluder's polygons, and of its mesh.
     numbers: Vec<PolygonId>,
-    /// The object's box, if it has one.
+    mesh: u32,
+    /// The object's box in its own space, if it has one.
     bounds: Option<Aabb>,
+}
+
+/// The occluders of a view.
+#[derive(Debug)]
+struct OccludedView {
+    selector: Selector,
+    culler: Layered,
 }
 
 /// Error: the polygons would exceed the limit.
@@ -45,12 +68,14 @@ impl Hiding {
         let config = OcclusionConfig::default();
         Self {
             surfaces: OccluderPolygons::default(),
+            meshes: Meshes::default(),
             of_object: BTreeMap::new(),
             has_occluder: ById::new(false),
             changes: Vec::new(),
             pool: OccluderPool::new(config.pool),
             config,
             views: Vec::new(),
+            budget: BUDGET,
         }
     }
 
@@ -68,39 +93,44 @@ impl Hiding {
         }
     }
 
-    /// Sets the occluder of an object, in place of the former one. `bounds` is the object's box, if it has one.
+    /// Sets the occluder of an object, in place of the former one. `bounds` is the object's box, if it has one. Both are in
+    /// the object's own space; `columns` is its place, if it has one.
     pub(super) fn set(
         &mut self,
         object: Slot,
         bounds: Option<Aabb>,
-        occluder: &Occluder,
+        columns: Option<Columns>,
+        occluder: Occluder,
     ) -> Result<(), TooManyPolygons> {
-        let polygons = occluder.polygons();
-        let own = self.of_object.entry(object).or_default();
-        own.bounds = bounds;
-        let numbers = &mut own.numbers;
-        self.has_occluder.set(object, true);
-        if polygons.len() > numbers.len() + self.surfaces.room() {
-            self.remove(object);
+        self.remove(object);
+        // A polygon that moves is not offered to the tree, because its corners would be rounded.
+        let polygons = if columns.is_none() { occluder.polygons() } else { &[] };
+        if polygons.len() > self.surfaces.room() || self.meshes.is_full() {
             return Err(TooManyPolygons);
         }
-        for number in numbers.drain(polygons.len().min(numbers.len())..) {
-            self.surfaces.remove(number);
-            self.changes.push(Change::Remove(number));
-        }
-        for (&number, polygon) in numbers.iter().zip(polygons) {
-            self.surfaces.polygons[number.index()] = Some(*polygon);
-            self.changes.push(Change::Update(number));
-        }
-        for polygon in &polygons[numbers.len()..] {
-            let number = self.surfaces.add(*polygon);
-            numbers.push(number);
-            self.changes.push(Change::Insert(number));
-        }
+        let numbers: Vec<_> = polygons.iter().map(|polygon| self.surfaces.add(*polygon)).collect();
+        self.changes.extend(numbers.iter().map(|&number| Change::Insert(number)));
+        let mesh = self.meshes.insert(occluder.prepared().clone(), columns.unwrap_or(UNMOVED));
+        self.has_occluder.set(object, true);
+        self.of_object.insert(object, ObjectOccluder { occluder, numbers, mesh, bounds });
         if self.changes.len() > MOST_STORED {
             self.follow();
         }
         Ok(())
+    }
+
+    /// Moves the occluder of an object, if it has one.
+    #[inline]
+    pub(super) fn place(&mut self, object: Slot, columns: Columns) {
+        if self.has_occluder.get(object)
+            && let Some(own) = self.of_object.get_mut(&object)
+        {
+            self.meshes.place(own.mesh, columns);
+            for number in own.numbers.drain(..) {
+                self.surfaces.remove(number);
+                self.changes.push(Change::Remove(number));
+            }
+        }
     }
 
     #[inline]
@@ -109,7 +139,9 @@ impl Hiding {
             return;
         }
         self.has_occluder.set(object, false);
-        for number in self.of_object.remove(&object).unwrap_or_default().numbers {
+        let Some(own) = self.of_object.remove(&object) else { return };
+        self.meshes.remove(own.mesh);
+        for number in own.numbers {
             self.surfaces.remove(number);
             self.changes.push(Change::Remove(number));
         }
@@ -120,11 +152,9 @@ impl Hiding {
         self.of_object.is_empty()
     }
 
-    /// The objects that have an occluder, with its polygons.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (Slot, impl Iterator<Item = ConvexPolygon>)> {
-        self.of_object.iter().map(|(&object, own)| {
-            (object, own.numbers.iter().filter_map(|&number| self.surfaces.polygon(number)))
-        })
+    /// The objects that have an occluder.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (Slot, &Occluder)> {
+        self.of_object.iter().map(|(&object, own)| (object, &own.occluder))
     }
 
     /// Applies the stored changes to the pool of candidates. Called before the views of a frame are culled.
@@ -135,7 +165,7 @@ impl Hiding {
 
     /// The culler that the last call of [`Hiding::cull`] built for a camera.
     pub(super) fn culler(&self, camera: usize) -> Option<&dyn OcclusionCuller> {
-        self.views.get(camera + 1).map(ViewOcclusion::culler)
+        self.views.get(camera + 1).map(|view| &view.culler as &dyn OcclusionCuller)
     }
 
     /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If the
@@ -149,7 +179,7 @@ impl Hiding {
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> bool {
-        let Some(culler) = self.build(camera + 1, (layers, mask), window) else { return false };
+        let Some(culler) = self.build(camera + 1, (layers, mask), window, frustum) else { return false };
         remove_hidden(culler, CullConfig::default(), indexed.index(), indexed, frustum, in_view, None, drawn);
         true
     }
@@ -160,33 +190,38 @@ impl Hiding {
         number: usize,
         (layers, mask): (&Layers, u32),
         window: &ViewWindow,
+        frustum: &Frustum,
     ) -> Option<&dyn OcclusionCuller> {
         let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
         if self.of_object.is_empty() || !sees_all() {
             return None;
         }
         if self.views.len() <= number {
-            // Every box is tested, because large walls hide most, and drawing an object costs many times as much as a test.
-            self.views.resize_with(number + 1, || ViewOcclusion::new(Occlusion::Msvbsp, &self.config));
+            let config = &self.config;
+            self.views.resize_with(number + 1, || OccludedView {
+                selector: Selector::new(config.select),
+                culler: Layered::new(
+                    Occlusion::Msvbsp.create(config.select.occluders),
+                    MeshBuffer::new(BUFFER_PX[0], BUFFER_PX[1]),
+                ),
+            });
         }
-        let view = &mut self.views[number];
-        view.select(&self.pool, &self.surfaces, window);
-        if view.selector().chosen().is_empty() {
-            return None;
-        }
-        view.build(window);
-        Some(view.culler())
+        let OccludedView { selector, culler } = &mut self.views[number];
+        selector.select(&self.pool, &self.surfaces, window);
+        culler.build(window, selector.chosen());
+        culler.draw(&self.meshes, window, frustum, self.budget);
+        (!selector.chosen().is_empty() || !culler.buffer().is_empty()).then_some(culler)
     }
 
     /// Sets `hidden` for the boxes that the view's occluders hide.
     pub(super) fn mark_hidden(
         &mut self,
         seen: (&Layers, u32),
-        window: &ViewWindow,
+        (window, frustum): (&ViewWindow, &Frustum),
         boxes: &[Aabb],
         hidden: &mut [bool],
     ) {
-        let Some(culler) = self.build(0, seen, window) else { return };
+        let Some(culler) = self.build(0, seen, window, frustum) else { return };
         for (bounds, hidden) in boxes.iter().zip(hidden) {
             *hidden |= hides_box(culler, bounds);
         }

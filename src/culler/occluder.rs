@@ -1,8 +1,11 @@
+use std::sync::Arc;
+
 use glam::Vec3;
 use thiserror::Error;
 
 use crate::{
     math::{Aabb, is_flat_and_convex},
+    occlusion::OccluderMesh,
     polygon::ConvexPolygon,
 };
 
@@ -39,17 +42,18 @@ pub enum OccluderError {
     EmptyBox,
 }
 
-/// A surface that hides objects behind it, world space, metres: opaque, and seen from both sides.
-///
-/// The engine draws the surface itself, or an opaque object around it. A few large polygons hide more in less time than
-/// many small ones.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Occluder(Shape);
+/// Largest number of triangles of a mesh that the shadow-volume tree considers. With more, each new mesh takes longer.
+const MOST_SINGLE: usize = 48;
 
+/// A surface that hides objects behind it, metres, in the space of its object: opaque, and seen from both sides.
+///
+/// The engine draws the surface itself, or an opaque object around it. A copy shares the prepared mesh, so objects of one
+/// shape should have copies of one occluder.
 #[derive(Clone, Debug, PartialEq)]
-enum Shape {
-    Polygon(ConvexPolygon),
-    Polygons(Vec<ConvexPolygon>),
+pub struct Occluder {
+    mesh: Arc<OccluderMesh>,
+    /// The polygons of a small mesh.
+    polygons: Arc<[ConvexPolygon]>,
 }
 
 impl Occluder {
@@ -63,10 +67,11 @@ impl Occluder {
         if !is_flat_and_convex(corners) {
             return Err(OccluderError::NotFlatAndConvex);
         }
-        Ok(Self(Shape::Polygon(ConvexPolygon::quad(corners))))
+        Self::of(&corners, &[[0, 1, 2], [0, 2, 3]], || [ConvexPolygon::quad(corners)].into())
     }
 
-    /// A mesh of triangles, with three indices for each triangle. Triangles without area are skipped.
+    /// A mesh of triangles, with three indices for each triangle. The mesh may be open or closed, with triangles of any
+    /// orientation. Vertices at the same position count as one; gaps stay open. Takes about 0.2 µs a triangle.
     ///
     /// # Errors
     /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`],
@@ -82,8 +87,10 @@ impl Occluder {
         if let Some(at) = indices.iter().position(is_beyond) {
             return Err(OccluderError::NoVertex { at, found: indices[at], vertices: vertices.len() });
         }
-        let corners = triangles.iter().map(|triangle| triangle.map(|index| vertices[index as usize]));
-        Self::of_polygons(corners.map(|[a, b, c]| ConvexPolygon::triangle(a, b, c)))
+        Self::of(&vertices, triangles, || {
+            let corners = triangles.iter().map(|triangle| triangle.map(|index| vertices[index as usize]));
+            corners.map(|[a, b, c]| ConvexPolygon::triangle(a, b, c)).collect()
+        })
     }
 
     /// The six sides of a box, `[min, max]`, such as a box inside a house.
@@ -99,22 +106,30 @@ impl Occluder {
         }
         let corners = bounds.corners();
         let sides = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
-        Self::of_polygons(sides.map(|side| ConvexPolygon::quad(side.map(|corner: usize| corners[corner]))))
+        let triangles: Vec<_> = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Self::of(&corners, &triangles, || {
+            let corners = sides.iter().map(|side| side.map(|corner| corners[corner as usize]));
+            corners.map(ConvexPolygon::quad).collect()
+        })
     }
 
-    pub(super) fn of_polygons(
-        polygons: impl IntoIterator<Item = ConvexPolygon>,
+    fn of(
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        polygons: impl FnOnce() -> Vec<ConvexPolygon>,
     ) -> Result<Self, OccluderError> {
-        let has_area = |polygon: &ConvexPolygon| polygon.area_m2() > 0.0;
-        let polygons: Vec<_> = polygons.into_iter().filter(has_area).collect();
-        if polygons.is_empty() { Err(OccluderError::NoArea) } else { Ok(Self(Shape::Polygons(polygons))) }
+        let mesh = OccluderMesh::new(vertices, triangles).ok_or(OccluderError::NoArea)?;
+        let mut polygons = if triangles.len() > MOST_SINGLE { Vec::new() } else { polygons() };
+        polygons.retain(|polygon| polygon.area_m2() > 0.0);
+        Ok(Self { mesh: Arc::new(mesh), polygons: polygons.into() })
     }
 
     pub(super) fn polygons(&self) -> &[ConvexPolygon] {
-        match &self.0 {
-            Shape::Polygon(polygon) => std::slice::from_ref(polygon),
-            Shape::Polygons(polygons) => polygons,
-        }
+        &self.polygons
+    }
+
+    pub(super) fn prepared(&self) -> &Arc<OccluderMesh> {
+        &self.mesh
     }
 }
 

@@ -26,6 +26,7 @@ mod culler;
 mod explore;
 mod hull;
 mod kind;
+mod layered;
 pub mod msvbsp;
 mod none;
 mod patch;
@@ -43,8 +44,11 @@ mod verdict;
 mod view_occlusion;
 mod wide;
 
+use coverage::cube_around;
+pub(crate) use coverage::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, moved};
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
 pub use kind::Occlusion;
+pub(crate) use layered::Layered;
 pub(crate) use stage::work_ns;
 
 // The parts of the methods, which the other crates of the workspace measure, draw and compare. They change without notice.

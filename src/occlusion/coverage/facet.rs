@@ -204,8 +204,7 @@ impl Facet {
     }
 
     /// Sets the facet's plane from the corners of the polygon before it was cut. Does nothing if the facet is
-    /// small or nearly edge-on. A plane behind all corners is behind the whole polygon, small or not. If edge-on, rounding
-    /// exceeds the slack only if a corner lies more than 10^9 times as far as the nearest depth.
+    /// small or nearly edge-on.
     #[inline(always)]
     pub(super) fn set_plane(&mut self, eyes: &[DVec3], raster: &Raster, pushed: Pushed) {
         let is_small = self
@@ -215,23 +214,8 @@ impl Facet {
         if is_small {
             return;
         }
-        let normal = match *eyes {
-            [a, b, c] => (b - a).cross(c - a),
-            [a, b, c, d] => (c - a).cross(d - b),
-            _ => return,
-        };
-        let normal = if normal.dot(eyes[0]) < 0.0 { -normal } else { normal };
-        let (mut nearest, mut distance, mut far) = (f64::INFINITY, 0.0_f64, 0.0_f64);
-        for eye in eyes {
-            let away = normal.dot(*eye);
-            (nearest, distance) = (nearest.min(away), distance.max(away));
-            far = far.max(eye.length_squared());
-        }
-        // Distances are multiples of the normal's length. Squared, numbers in `f32` neither overflow nor vanish.
-        let least = EDGE_ON_SINE * EDGE_ON_SINE * far * normal.length_squared();
-        if nearest > 0.0 && nearest * nearest > least {
-            let distance = if pushed == Pushed::Back { distance } else { nearest };
-            (self.plane, self.has_plane) = (plane_in_pixels(normal, distance, raster), true);
+        if let Some(plane) = plane_of(eyes, raster, pushed) {
+            (self.plane, self.has_plane) = (plane, true);
         }
     }
 
@@ -300,6 +284,30 @@ impl Depths {
         let end = if least > self.end { least } else { self.end };
         Slope { from: from as f32, across: self.across, end: end as f32 }
     }
+}
+
+/// The reciprocal depth of a polygon's plane as a linear function of pixels; `None` if the polygon is nearly edge-on. A
+/// plane behind all corners is behind the whole polygon, small or not. If edge-on, rounding exceeds the slack only if a
+/// corner lies more than 10^9 times as far as the nearest depth.
+#[inline(always)]
+pub(super) fn plane_of(eyes: &[DVec3], raster: &Raster, pushed: Pushed) -> Option<[f64; 3]> {
+    let normal = match *eyes {
+        [a, b, c] => (b - a).cross(c - a),
+        [a, b, c, d] => (c - a).cross(d - b),
+        _ => return None,
+    };
+    let normal = if normal.dot(eyes[0]) < 0.0 { -normal } else { normal };
+    let (mut nearest, mut distance, mut far) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+    for eye in eyes {
+        let away = normal.dot(*eye);
+        (nearest, distance) = (nearest.min(away), distance.max(away));
+        far = far.max(eye.length_squared());
+    }
+    // Distances are multiples of the normal's length. Squared, numbers in `f32` neither overflow nor vanish.
+    let least = EDGE_ON_SINE * EDGE_ON_SINE * far * normal.length_squared();
+    let is_flat = nearest > 0.0 && nearest * nearest > least;
+    let distance = if pushed == Pushed::Back { distance } else { nearest };
+    is_flat.then(|| plane_in_pixels(normal, distance, raster))
 }
 
 /// The reciprocal depth of a plane as a linear function of pixels. The plane has this normal and this

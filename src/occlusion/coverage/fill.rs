@@ -7,7 +7,8 @@ use super::{
     slope::SIDE,
     surfaces::SIDES,
     table::NONE,
-    tiles::{Part, Tiles, pixels_within},
+    image::pixels_within,
+    tiles::{Part, Tiles},
 };
 use crate::index::simd::{Kernel, WithKernel};
 

@@ -56,10 +56,13 @@
 //! or convex outline, and corners too far to the side only reduce the number of hidden objects. A pixel has the
 //! nearest bound of the surfaces that cover it, at the farthest corner of the pixel.
 
+mod boxes;
 mod buffer;
 mod facet;
 mod facets;
 mod fill;
+mod image;
+mod mesh;
 mod pairs;
 mod picture;
 mod slope;
@@ -73,4 +76,6 @@ mod margin_tests;
 mod tests;
 
 pub use buffer::CoverageBuffer;
+pub(in crate::occlusion) use buffer::cube_around;
+pub(crate) use mesh::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, moved};
 pub(in crate::occlusion) use surfaces::Surfaces;

@@ -1,0 +1,545 @@
+//! Draws the triangles of one batch into tiles.
+
+use glam::DVec3;
+
+use super::{
+    super::{
+        facet::{Pushed, plane_of, turn},
+        image::{Image, pixels_within},
+        picture::{MARGIN, Picture, STEPS, pixels_between},
+        slope::SIDE,
+    },
+    prepare::{Batch, LANES, MOST_CORNERS, OccluderMesh},
+};
+use crate::{index::simd::Kernel, occlusion::raster::Raster};
+
+/// Position of the sample in a pixel.
+const SAMPLE: f64 = 0.5;
+
+/// A pixel counts as reached by a triangle if its sample lies at most this far outside of each edge, pixels. It exceeds
+/// the rounding of `f32`, so no sample on a common edge is lost.
+const OUTSIDE: f64 = 0.01;
+
+/// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel, with the rounding of
+/// `f32`.
+const TOUCH: f64 = SAMPLE + MARGIN + 0.002;
+
+/// A triangle up to this size, pixels, has the depth of its farthest corner everywhere.
+const SMALL_PX: i32 = 12;
+
+/// Bound of the relative error of depths in `f32` from rounding, with a margin.
+const DEPTH_SLACK: f64 = 1.0e-6;
+
+/// Sides of a triangle in the picture that faces the eye counterclockwise or clockwise, or is not drawn.
+pub(super) const NOT_DRAWN: u8 = 2;
+const NO_AREA: u8 = 3;
+
+/// The transform from a mesh's own space to the axes of the view, relative to the eye.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    rows: [[f64; 4]; 3],
+    /// Nearest depth that is drawn.
+    near: f64,
+}
+
+impl Placed {
+    /// `columns` are the images of the axes, and the origin. Parts too near for exact positions are cut off.
+    pub(super) fn new(columns: &[DVec3; 4], mesh: &OccluderMesh, picture: &Picture) -> Self {
+        let Picture { raster, near, most_tangent, .. } = picture;
+        let own = [columns[0], columns[1], columns[2], columns[3] - raster.eye_in_world];
+        let axes = own.map(|column| raster.in_axes(column));
+        let rows = std::array::from_fn(|row| axes.map(|column| column[row]));
+        // A coordinate errs by less than 12 units in the last place of this sum, where [`Picture::new`] expects 8.
+        let most = mesh.bounds().min.abs().max(mesh.bounds().max.abs()).as_dvec3();
+        let sum = |column: DVec3| column.abs().element_sum();
+        let size = sum(own[0]) * most.x + sum(own[1]) * most.y + sum(own[2]) * most.z + sum(own[3]);
+        Self { rows, near: near.max(1.5 * size / most_tangent) }
+    }
+}
+
+/// The part of a surface in a tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Part {
+    /// Number of the surface, and the part's record, if it has one.
+    pub(super) surface: u32,
+    pub(super) record: u32,
+    /// Pixels that it reaches.
+    pub(super) reached: u64,
+    /// Pixels through which an open edge passes.
+    pub(super) open: u64,
+    /// Pixels through which a border to another batch passes.
+    pub(super) border: u64,
+    /// A lower bound of the reciprocal depth of all its triangles that touch the tile.
+    pub(super) far: f32,
+}
+
+/// Pixels near the border of a batch: the tile, the border's number, and the pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    pub(super) tile: u32,
+    pub(super) border: u32,
+    pub(super) pixels: u64,
+}
+
+/// A triangle at the near plane: its part beyond, as three or four corners.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    triangle: u16,
+    corners: [[i32; 2]; 4],
+    len: u8,
+    /// The ends of the side at the near plane.
+    side: [[i32; 2]; 2],
+    far: f32,
+}
+
+/// The projected corners and the tiles of one batch.
+#[derive(Clone, Debug)]
+pub(super) struct Drawer {
+    /// The corners relative to the eye, by axis.
+    eye: [Vec<f64>; 3],
+    /// Positions in steps; reciprocal depths, 0 for a corner that has no position.
+    at: Vec<[i32; 2]>,
+    nearness: Vec<f32>,
+    /// For each triangle, 0 if it is counterclockwise in the picture, 1 if clockwise, or [`NOT_DRAWN`].
+    pub(super) sides: Vec<u8>,
+    cuts: Vec<Cut>,
+    pub(super) parts: Vec<Part>,
+    /// The tiles of the surface.
+    pub(super) tiles: Vec<u32>,
+    pub(super) touches: Vec<Touch>,
+    surface: u32,
+    columns: i32,
+    rows: i32,
+}
+
+impl Drawer {
+    pub(super) fn new(image: &Image) -> Self {
+        Self {
+            eye: std::array::from_fn(|_| vec![0.0; MOST_CORNERS]),
+            at: vec![[0; 2]; MOST_CORNERS],
+            nearness: vec![0.0; MOST_CORNERS],
+            sides: Vec::new(),
+            cuts: Vec::new(),
+            parts: vec![Part::default(); image.columns * image.rows],
+            tiles: Vec::new(),
+            touches: Vec::new(),
+            surface: 0,
+            columns: image.columns as i32,
+            rows: image.rows as i32,
+        }
+    }
+
+    /// Forgets all surfaces.
+    pub(super) fn clear(&mut self) {
+        self.surface = 0;
+        self.parts.iter_mut().for_each(|part| part.surface = 0);
+    }
+
+    /// The number of the surface drawn last.
+    pub(super) fn surface(&self) -> u32 {
+        self.surface
+    }
+
+    /// Projects the corners of a batch, and finds which side of each triangle the eye sees. Returns for both sides whether
+    /// any triangle shows it.
+    #[inline(always)]
+    pub(super) fn project(
+        &mut self,
+        mesh: &OccluderMesh,
+        batch: &Batch,
+        placed: &Placed,
+        picture: &Picture,
+    ) -> [bool; 2] {
+        let is_whole = self.project_corners(mesh, batch, placed, picture);
+        let triangles = &mesh.triangles[batch.triangles.start as usize..batch.triangles.end as usize];
+        self.sides.clear();
+        self.cuts.clear();
+        let (at, mut seen) = (&self.at[..MOST_CORNERS], [false; 4]);
+        if is_whole {
+            for t in triangles {
+                let [a, b, c] = t.map(|corner| at[usize::from(corner) % MOST_CORNERS].map(i64::from));
+                let area = turn(a, b, c);
+                let side = if area == 0 { NO_AREA } else { u8::from(area < 0) };
+                seen[usize::from(side)] = true;
+                self.sides.push(side);
+            }
+        } else {
+            for (t, number) in triangles.iter().zip(0..) {
+                let side = self.side_of(*t, number, placed, picture);
+                seen[usize::from(side)] = true;
+                self.sides.push(side);
+            }
+        }
+        if seen[usize::from(NO_AREA)] {
+            // A triangle without area may face either side, so it faces that of a neighbour.
+            let sides = &mut self.sides[..];
+            for inner in &mesh.inner[batch.inner.start as usize..batch.inner.end as usize] {
+                let [a, b] = inner.triangles.map(usize::from);
+                if sides[a] == NO_AREA {
+                    sides[a] = sides[b];
+                } else if sides[b] == NO_AREA {
+                    sides[b] = sides[a];
+                }
+            }
+            for side in sides.iter_mut().filter(|side| **side == NO_AREA) {
+                *side = u8::from(!seen[0]);
+            }
+        }
+        [seen[0], seen[1]]
+    }
+
+    /// Returns whether every corner has a position.
+    #[inline(always)]
+    fn project_corners(
+        &mut self,
+        mesh: &OccluderMesh,
+        batch: &Batch,
+        placed: &Placed,
+        picture: &Picture,
+    ) -> bool {
+        /// 1.5 x 2^52: added to a smaller number, it leaves the nearest whole number in the lower bits.
+        const WHOLE: f64 = 6_755_399_441_055_744.0;
+        let range = batch.corners.start as usize..batch.corners.end as usize;
+        let count = range.len();
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| mesh.corners[axis][range.clone()].as_chunks::<LANES>().0);
+        let [right, up, forward] = &mut self.eye;
+        let [right, up, forward] =
+            [right, up, forward].map(|axis| axis[..count].as_chunks_mut::<LANES>().0.iter_mut());
+        let at = self.at[..count].as_chunks_mut::<LANES>().0.iter_mut();
+        let nearness = self.nearness[..count].as_chunks_mut::<LANES>().0.iter_mut();
+        let scale = picture.raster.pixels_a_unit() * STEPS;
+        let origin = picture.raster.flat_in_pixels(0.0, 0.0) * STEPS;
+        let Placed { rows, near } = placed;
+        let mut is_whole = true;
+        let eyes = right.zip(up).zip(forward);
+        for ((((x, y), z), ((right, up), forward)), (at, nearness)) in
+            xs.iter().zip(ys).zip(zs).zip(eyes).zip(at.zip(nearness))
+        {
+            let own = [x, y, z].map(|axis| axis.map(f64::from));
+            for (row, out) in rows.iter().zip([&mut *right, up, forward]) {
+                for lane in 0..LANES {
+                    out[lane] = row[0] * own[0][lane] + row[1] * own[1][lane] + row[2] * own[2][lane] + row[3];
+                }
+            }
+            let mut is_known = [false; LANES];
+            for lane in 0..LANES {
+                let near_by = 1.0 / forward[lane];
+                let (u, v) = (right[lane] * near_by, up[lane] * near_by);
+                is_known[lane] = forward[lane] >= *near && u.abs() + v.abs() <= picture.most_tangent;
+                let (px, py) = (u * scale.x + origin.x, v * scale.y + origin.y);
+                at[lane] = [px, py].map(|v| (v + WHOLE).to_bits() as u32 as i32);
+                nearness[lane] = if is_known[lane] { (near_by * (1.0 - DEPTH_SLACK)) as f32 } else { 0.0 };
+            }
+            is_whole &= is_known.iter().all(|&is_known| is_known);
+        }
+        is_whole
+    }
+
+    fn corner(&self, corner: u16) -> DVec3 {
+        let corner = usize::from(corner);
+        DVec3::new(self.eye[0][corner], self.eye[1][corner], self.eye[2][corner])
+    }
+
+    /// The place of a point, and its reciprocal depth; `None` if it is too imprecise.
+    fn place(&self, eye: DVec3, picture: &Picture) -> Option<[i32; 2]> {
+        let (at, nearness) = picture.project(eye);
+        (nearness > 0.0).then_some(at)
+    }
+
+    /// The side of a triangle that the near plane may cut. The part beyond it is stored.
+    fn side_of(&mut self, t: [u16; 3], number: u16, placed: &Placed, picture: &Picture) -> u8 {
+        let side = |area: i64| if area == 0 { NO_AREA } else { u8::from(area < 0) };
+        let nearness = t.map(|corner| self.nearness[usize::from(corner)]);
+        if nearness.iter().all(|&nearness| nearness > 0.0) {
+            let [a, b, c] = t.map(|corner| self.at[usize::from(corner)].map(i64::from));
+            return side(turn(a, b, c));
+        }
+        let mut cut = Cut { triangle: number, corners: [[0; 2]; 4], len: 0, side: [[0; 2]; 2], far: f32::MAX };
+        let mut ends = 0;
+        for i in 0..3 {
+            let (from, to) = (t[i], t[(i + 1) % 3]);
+            let is_in = [from, to].map(|corner| self.corner(corner).z >= placed.near);
+            if is_in[0] {
+                if nearness[i] == 0.0 {
+                    return NOT_DRAWN;
+                }
+                cut.far = cut.far.min(nearness[i]);
+                cut.corners[usize::from(cut.len)] = self.at[usize::from(from)];
+                cut.len += 1;
+            }
+            if is_in[0] != is_in[1] {
+                let Some(at) = self.cut(from, to, placed, picture) else { return NOT_DRAWN };
+                cut.corners[usize::from(cut.len)] = at;
+                cut.len += 1;
+                cut.side[ends] = at;
+                ends += 1;
+            }
+        }
+        if cut.len < 3 {
+            return NOT_DRAWN;
+        }
+        let [a, b, c, d] = cut.corners.map(|at| at.map(i64::from));
+        let areas = [turn(a, b, c), if cut.len == 4 { turn(a, c, d) } else { 0 }];
+        if areas[0].signum() * areas[1].signum() < 0 {
+            return NOT_DRAWN;
+        }
+        self.cuts.push(cut);
+        side(areas[0] + areas[1])
+    }
+
+    /// The place at which the near plane cuts an edge. It is the same for both triangles of the edge.
+    fn cut(&self, from: u16, to: u16, placed: &Placed, picture: &Picture) -> Option<[i32; 2]> {
+        let (a, b) = (self.corner(from), self.corner(to));
+        let (low, high) = if a.to_array() < b.to_array() { (a, b) } else { (b, a) };
+        let along = (placed.near - low.z) / (high.z - low.z);
+        let mut eye = low + (high - low) * along;
+        eye.z = placed.near;
+        let size = low.abs().element_sum() + high.abs().element_sum();
+        if size > picture.most_tangent * placed.near {
+            return None;
+        }
+        self.place(eye, picture)
+    }
+
+    /// The ends of an edge in the picture; `None` if it lies before the near plane.
+    #[inline(always)]
+    fn ends(&self, ends: [u16; 2], placed: &Placed, picture: &Picture) -> Option<[[i32; 2]; 2]> {
+        let [a, b] = ends.map(usize::from);
+        if self.nearness[a] > 0.0 && self.nearness[b] > 0.0 {
+            return Some([self.at[a], self.at[b]]);
+        }
+        let is_in = ends.map(|corner| self.corner(corner).z >= placed.near);
+        if is_in[0] == is_in[1] {
+            return None;
+        }
+        let inside = if is_in[0] { a } else { b };
+        Some([self.at[inside], self.cut(ends[0], ends[1], placed, picture)?])
+    }
+
+    /// Draws the triangles of the projected batch that show `side`. A border that `is_open` accepts has no neighbour.
+    #[inline(always)]
+    pub(super) fn draw<K: Kernel>(
+        &mut self,
+        kernel: K,
+        (mesh, batch): (&OccluderMesh, &Batch),
+        placed: &Placed,
+        picture: &Picture,
+        side: u8,
+        is_open: impl Fn(usize) -> bool,
+    ) {
+        self.surface += 1;
+        self.tiles.clear();
+        self.touches.clear();
+        let first = batch.triangles.start as usize;
+        let mut cuts = 0;
+        for number in 0..batch.triangles.len() {
+            if self.sides[number] != side {
+                continue;
+            }
+            let t = mesh.triangles[first + number].map(|corner| usize::from(corner) % MOST_CORNERS);
+            let nearness = t.map(|corner| self.nearness[corner]);
+            let far = nearness[0].min(nearness[1]).min(nearness[2]);
+            if far > 0.0 {
+                let corners = t.map(|corner| self.at[corner]);
+                let eyes = || mesh.triangles[first + number].map(|corner| self.corner(corner));
+                let plane = Self::plane(corners, eyes, &picture.raster);
+                self.triangle(kernel, corners, side, far, plane);
+                continue;
+            }
+            while usize::from(self.cuts[cuts].triangle) != number {
+                cuts += 1;
+            }
+            let cut = self.cuts[cuts];
+            let eyes = mesh.triangles[first + number].map(|corner| self.corner(corner));
+            let far = cut.far.min((1.0 / placed.near * (1.0 - DEPTH_SLACK)) as f32);
+            let plane = plane_of(&eyes, &picture.raster, Pushed::Back);
+            let [a, b, c, d] = cut.corners;
+            self.triangle(kernel, [a, b, c], side, far, plane);
+            if cut.len == 4 {
+                self.triangle(kernel, [a, c, d], side, far, plane);
+            }
+        }
+        for inner in &mesh.inner[batch.inner.start as usize..batch.inner.end as usize] {
+            let [a, b] = inner.triangles.map(|t| self.sides[usize::from(t)]);
+            if a != b
+                && (a == side || b == side)
+                && let Some(ends) = self.ends(inner.ends, placed, picture)
+            {
+                self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
+            }
+        }
+        for i in 0..self.cuts.len() {
+            let Cut { triangle, side: ends, .. } = self.cuts[i];
+            if self.sides[usize::from(triangle)] == side {
+                self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
+            }
+        }
+        for number in batch.borders.clone() {
+            let border = &mesh.borders[number as usize];
+            if self.sides[usize::from(border.triangle)] != side {
+                continue;
+            }
+            let Some(ends) = self.ends(border.ends, placed, picture) else { continue };
+            if is_open(number as usize) {
+                self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
+                continue;
+            }
+            let mut touches = std::mem::take(&mut self.touches);
+            self.edge(kernel, ends, |part, tile, pixels| {
+                part.border |= pixels;
+                touches.push(Touch { tile, border: number, pixels });
+            });
+            self.touches = touches;
+        }
+    }
+
+    /// The plane of a large triangle.
+    #[inline(always)]
+    fn plane(corners: [[i32; 2]; 3], eyes: impl Fn() -> [DVec3; 3], raster: &Raster) -> Option<[f64; 3]> {
+        let is_large = [0, 1].into_iter().any(|axis| {
+            let [a, b, c] = corners.map(|at| at[axis]);
+            a.max(b).max(c) - a.min(b).min(c) > SMALL_PX * STEPS as i32
+        });
+        if is_large { plane_of(&eyes(), raster, Pushed::Back) } else { None }
+    }
+
+    /// The pixels and the tiles of a range of corners; `None` outside of the picture.
+    #[inline(always)]
+    fn reach(&self, corners: &[[i32; 2]]) -> Option<[[[i32; 2]; 2]; 2]> {
+        let ends = |axis: usize| {
+            let (mut low, mut high) = (i32::MAX, i32::MIN);
+            for at in corners {
+                (low, high) = (low.min(at[axis]), high.max(at[axis]));
+            }
+            pixels_between([low, high])
+        };
+        let (x, y) = (ends(0), ends(1));
+        let side = SIDE as i32;
+        let tiles = |[from, end]: [i32; 2], count: i32| [from.max(0) / side, (end.min(count * side) + side - 1) / side];
+        let (columns, rows) = (tiles(x, self.columns), tiles(y, self.rows));
+        // Written so that a range that ends before the picture is empty.
+        let is_in = x[1] > 0 && y[1] > 0 && columns[0] < columns[1] && rows[0] < rows[1];
+        is_in.then_some([[x, y], [columns, rows]])
+    }
+
+    #[inline(always)]
+    fn part(&mut self, tile: usize, far: f32) -> &mut Part {
+        let part = &mut self.parts[tile];
+        if part.surface != self.surface {
+            *part = Part { surface: self.surface, far: f32::INFINITY, ..Part::default() };
+            self.tiles.push(tile as u32);
+        }
+        part.far = if far < part.far { far } else { part.far };
+        part
+    }
+
+    /// Draws a triangle that shows `side`.
+    #[inline(always)]
+    fn triangle<K: Kernel>(
+        &mut self,
+        kernel: K,
+        corners: [[i32; 2]; 3],
+        side: u8,
+        far: f32,
+        plane: Option<[f64; 3]>,
+    ) {
+        let [a, mut b, mut c] = corners;
+        if side == 1 {
+            (b, c) = (c, b);
+        }
+        let Some([[x, y], [columns, rows]]) = self.reach(&[a, b, c]) else { return };
+        let has_area = turn(a.map(i64::from), b.map(i64::from), c.map(i64::from)) > 0;
+        let [from, to] = [[a, b, c], [b, c, a]].map(|at| at.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS))));
+        let (mut by_x, mut by_y, mut base) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
+        for i in 0..3 {
+            let (dx, dy) = (to[i][0] - from[i][0], to[i][1] - from[i][1]);
+            (by_x[i], by_y[i]) = (-dy, dx);
+            let length = dx.abs() + dy.abs();
+            base[i] = OUTSIDE * length - dy * (SAMPLE - from[i][0]) + dx * (SAMPLE - from[i][1]);
+            // From the value at the first sample to the largest and the least one in a tile and around it.
+            let last = SIDE as f64;
+            most[i] = (last * by_x[i]).max(0.0) + (last * by_y[i]).max(0.0) + length;
+            least[i] = (last * by_x[i]).min(0.0) + (last * by_y[i]).min(0.0);
+        }
+        let is_one = columns[1] - columns[0] == 1 && rows[1] - rows[0] == 1;
+        let [by_x32, by_y32] = [by_x, by_y].map(|by| by.map(|v| v as f32));
+        for row in rows[0]..rows[1] {
+            for column in columns[0]..columns[1] {
+                let (left, low) = (column * SIDE as i32, row * SIDE as i32);
+                let (px, py) = (f64::from(left), f64::from(low));
+                let mut at = [0.0; 3];
+                for i in 0..3 {
+                    at[i] = base[i] + by_x[i] * px + by_y[i] * py;
+                }
+                let mut is_whole = false;
+                if !is_one {
+                    if (0..3).any(|i| at[i] + most[i] < 0.0) {
+                        continue;
+                    }
+                    is_whole = (0..3).all(|i| at[i] + least[i] >= 0.0);
+                }
+                let reached = if !has_area {
+                    0
+                } else if is_whole {
+                    u64::MAX
+                } else {
+                    pixels_within(x, y, left, low)
+                        & kernel.half_planes(at.map(|v| v as f32), by_x32, by_y32)
+                };
+                let far = match plane {
+                    Some([start, across, up]) => {
+                        let end = SIDE as f64;
+                        let terms = start.abs() + (across * (px + end)).abs() + (up * (py + end)).abs();
+                        let bound = start + across * px + up * py
+                            + (across * end).min(0.0)
+                            + (up * end).min(0.0)
+                            - DEPTH_SLACK * terms;
+                        (bound as f32).max(far)
+                    }
+                    None => far,
+                };
+                let tile = (row * self.columns + column) as usize;
+                self.part(tile, far).reached |= reached;
+            }
+        }
+    }
+
+    /// Finds the pixels within [`MARGIN`] of an edge, in the tiles of the surface.
+    #[inline(always)]
+    fn edge<K: Kernel>(&mut self, kernel: K, ends: [[i32; 2]; 2], mut each: impl FnMut(&mut Part, u32, u64)) {
+        let Some([[x, y], [columns, rows]]) = self.reach(&ends) else { return };
+        let [from, to] = ends.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS)));
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let length = dx.abs() + dy.abs();
+        let base = -dy * (SAMPLE - from[0]) + dx * (SAMPLE - from[1]);
+        // The pixels of a horizontal or vertical strip are all near.
+        let is_strip = x[1] - x[0] == 1 || y[1] - y[0] == 1;
+        let (by_x, by_y) = (-dy as f32, dx as f32);
+        for row in rows[0]..rows[1] {
+            for column in columns[0]..columns[1] {
+                let tile = (row * self.columns + column) as usize;
+                if self.parts[tile].surface != self.surface {
+                    continue;
+                }
+                let (left, low) = (column * SIDE as i32, row * SIDE as i32);
+                let mut pixels = pixels_within(x, y, left, low);
+                if !is_strip {
+                    let at = base - dy * f64::from(left) + dx * f64::from(low);
+                    if at.abs() > (SIDE as f64 + 1.0) * length {
+                        continue;
+                    }
+                    let touch = TOUCH * length;
+                    pixels &= kernel.half_planes(
+                        [(touch + at) as f32, (touch - at) as f32],
+                        [by_x, -by_x],
+                        [by_y, -by_y],
+                    );
+                }
+                if pixels != 0 {
+                    each(&mut self.parts[tile], tile as u32, pixels);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Occluder meshes, drawn by batches.
+
+mod draw;
+mod prepare;
+mod registry;
+mod stage;
+
+pub(crate) use prepare::OccluderMesh;
+pub(crate) use registry::{Columns, Meshes, moved};
+pub(crate) use stage::{MeshBuffer, MeshCounts};
