@@ -199,8 +199,8 @@ pub mod polygon;
 pub mod view;
 
 pub use culler::{
-    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, Refusal, Seen,
-    oracle,
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, OcclusionReport,
+    Refusal, Seen, oracle,
 };
 pub use view::matrix::Depth;
 

@@ -1,5 +1,5 @@
 use super::{
-    culler::Culler,
+    culler::{Culler, Placement},
     keys::{Key, Places},
 };
 use crate::{index::SpatialIndex, math::Frustum};
@@ -57,6 +57,15 @@ impl<K: Key> Culler<K> {
                 self.remove(key);
                 self.set(key, [bounds.min, bounds.max]);
             }
+        }
+        for (&slot, &Placement { bounds, columns }) in &other.placements {
+            let Some(key) = other.keys.key_in(slot) else { continue };
+            if bounds.is_empty() {
+                self.remove(key);
+            } else {
+                self.set(key, [bounds.min, bounds.max]);
+            }
+            self.set_transform(key, columns);
         }
         for (slot, occluder) in other.hiding.iter().flat_map(|hiding| hiding.iter()) {
             let Some(key) = other.keys.key_in(slot) else { continue };

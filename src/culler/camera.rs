@@ -162,6 +162,10 @@ impl Camera {
         self.window.as_ref().filter(|_| self.hides)
     }
 
+    pub(super) fn asks_to_hide(&self) -> bool {
+        self.hides
+    }
+
     pub(super) fn world_from_clip(&self) -> &DMat4 {
         &self.world_from_clip
     }

@@ -1,13 +1,13 @@
-use std::fmt;
+use std::{collections::HashMap, fmt, hash::BuildHasherDefault};
 
 use thiserror::Error;
 
 use super::{
     camera::Camera,
     frame::{Frame, Views},
-    hiding::Hiding,
+    hiding::{Hiding, OcclusionReport},
     indexed::Indexed,
-    keys::{Key, Places, Slot},
+    keys::{Key, KeyHasher, Places, Slot},
     layers::Layers,
     occluder::Occluder,
     pending::PendingChanges,
@@ -15,6 +15,7 @@ use super::{
 use crate::{
     index::SpatialIndex,
     math::{Aabb, Frustum, Ray, Sphere},
+    occlusion::{Columns, moved},
     polygon::PolygonId,
 };
 
@@ -53,6 +54,8 @@ pub struct Culler<K: Key> {
     pub(super) pending: PendingChanges,
     pub(super) indexed: Indexed,
     pub(super) layers: Layers,
+    /// The objects that have been moved by a transform.
+    pub(super) placements: HashMap<Slot, Placement, BuildHasherDefault<KeyHasher>>,
     /// The occluders; `None` until the first occluder is set.
     pub(super) hiding: Option<Box<Hiding>>,
     /// Changes refused before the last call of [`Culler::cull`].
@@ -60,7 +63,15 @@ pub struct Culler<K: Key> {
     /// Changes refused since the last call of [`Culler::cull`].
     pub(super) refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,
+    occlusion: OcclusionReport,
     pub(super) views: Views,
+}
+
+/// An object's box in its own space, and its place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    pub(super) bounds: Aabb,
+    pub(super) columns: Columns,
 }
 
 impl<K: Key> Default for Culler<K> {
@@ -83,10 +94,12 @@ impl<K: Key> Culler<K> {
             pending: PendingChanges::default(),
             indexed: Indexed::new(),
             layers: Layers::default(),
+            placements: HashMap::default(),
             hiding: None,
             refused: Vec::new(),
             refused_since: Vec::new(),
             frusta: Vec::new(),
+            occlusion: OcclusionReport::default(),
             views: Views::default(),
         }
     }
@@ -102,11 +115,69 @@ impl<K: Key> Culler<K> {
         let [min, max] = bounds.map(Into::into);
         let Some(slot) = self.slot(key) else { return };
         let bounds = Aabb::new(min.into(), max.into());
-        if !self.pending.set(slot, bounds) {
+        if !self.placements.is_empty()
+            && let Some(placement) = self.placements.get_mut(&slot)
+        {
+            let columns = placement.columns;
+            placement.bounds = if bounds.is_valid() { bounds } else { Aabb::EMPTY };
+            self.set_moved(key, slot, &bounds, &columns);
+        } else if !self.pending.set(slot, bounds) {
             self.refuse(key, Refusal::Bounds([min, max]));
             self.remove_box(slot);
-        } else if let Some(hiding) = &mut self.hiding {
+        }
+        if bounds.is_valid()
+            && let Some(hiding) = &mut self.hiding
+        {
             hiding.follow_object(slot, &bounds);
+        }
+    }
+
+    /// Sets the box of an object that has been moved, from its box in its own space.
+    fn set_moved(&mut self, key: K, slot: Slot, own: &Aabb, columns: &Columns) {
+        let bounds = if own.is_valid() { moved(columns, own) } else { *own };
+        if !self.pending.set(slot, bounds) {
+            self.refuse(key, Refusal::Bounds([bounds.min.into(), bounds.max.into()]));
+            self.remove_box(slot);
+        }
+    }
+
+    /// Moves an object with its occluder by an affine transform: the images of the axes x, y and z, and of the origin. The
+    /// object's box and its occluder are then in the object's own space, where they lay until the first call. Later calls
+    /// of [`Culler::set`] and [`Culler::set_occluder`] are in this space, too. If the transform or the moved box is not
+    /// finite, the box is [refused](Culler::refused).
+    ///
+    /// Takes O(1), whatever the number of the occluder's triangles. The depth buffer draws moved occluders; the tree of
+    /// shadow volumes omits them.
+    ///
+    /// ```
+    /// use osp::{Culler, Occluder};
+    ///
+    /// let mut culler = Culler::<u32>::new();
+    /// let door = [[0.0, 0.0, 0.0], [1.0, 2.0, 0.1_f32]];
+    /// culler.set(7, door);
+    /// culler.set_occluder(7, Occluder::cuboid(door)?);
+    /// culler.set_transform(7, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [5.0, 0.0, 0.0_f32]]);
+    /// assert!(culler.bounds(7).is_some_and(|[min, max]| min[0] < 5.1 && max[0] > 5.9));
+    /// # Ok::<(), osp::OccluderError>(())
+    /// ```
+    pub fn set_transform<P: Into<[f32; 3]>>(&mut self, key: K, columns: [P; 4]) {
+        let Some(slot) = self.slot(key) else { return };
+        let columns: Columns = columns.map(|column| column.into().into());
+        if !columns.iter().all(|column| column.is_finite()) {
+            self.refuse(key, Refusal::Bounds([[f32::NAN; 3]; 2]));
+            self.remove_box(slot);
+            return;
+        }
+        let own = match self.placements.get(&slot) {
+            Some(placement) => placement.bounds,
+            None => self.bounds_of(slot).unwrap_or(Aabb::EMPTY),
+        };
+        self.placements.insert(slot, Placement { bounds: own, columns });
+        if let Some(hiding) = &mut self.hiding {
+            hiding.place(slot, columns);
+        }
+        if !own.is_empty() {
+            self.set_moved(key, slot, &own, &columns);
         }
     }
 
@@ -114,18 +185,25 @@ impl<K: Key> Culler<K> {
     pub fn remove(&mut self, key: K) {
         let Some(slot) = self.keys.take(key) else { return };
         self.remove_box(slot);
+        self.placements.remove(&slot);
         self.layers.forget(slot);
     }
 
     /// Sets an object's occluder, in place of the former one. The occluder is in world space, and stays in place until
-    /// the object moves or is removed. The engine must draw the occluder itself, or an opaque object around it.
+    /// the object moves or is removed; after [`Culler::set_transform`] it is in the object's own space, and moves with it.
+    /// The engine must draw the occluder itself, or an opaque object around it.
     ///
     /// A key without a box may have an occluder. Such an occluder hides objects, and is never drawn.
     pub fn set_occluder(&mut self, key: K, occluder: Occluder) {
         let Some(slot) = self.slot(key) else { return };
-        let bounds = self.bounds_of(slot);
+        let placement = self.placements.get(&slot);
+        let bounds = match placement {
+            Some(placement) => Some(placement.bounds).filter(|bounds| !bounds.is_empty()),
+            None => self.bounds_of(slot),
+        };
+        let columns = placement.map(|placement| placement.columns);
         let hiding = self.hiding.get_or_insert_with(|| Box::new(Hiding::new()));
-        if hiding.set(slot, bounds, None, occluder).is_err() {
+        if hiding.set(slot, bounds, columns, occluder).is_err() {
             self.refuse(key, Refusal::Occluder);
         }
     }
@@ -167,6 +245,19 @@ impl<K: Key> Culler<K> {
         self.refused.iter().copied()
     }
 
+    /// What the cameras of the last [`Culler::cull`] did with the occluders, all cameras together. An occluder that hides
+    /// nothing was too small, hidden itself, or beyond the budget.
+    pub fn occlusion(&self) -> OcclusionReport {
+        self.occlusion
+    }
+
+    /// Sets the largest work of a camera's depth buffer of occluders, in units that take about a nanosecond. The work is
+    /// counted, so the result is the same on each machine. The nearest occluders are drawn first; those beyond the budget
+    /// hide nothing. The default is 600,000.
+    pub fn set_occlusion_budget(&mut self, work: u64) {
+        self.hiding.get_or_insert_with(|| Box::new(Hiding::new())).budget = work;
+    }
+
     /// Applies all changes; later queries find the new state. [`Culler::cull`] also commits.
     pub fn commit(&mut self) {
         if !self.pending.is_empty() {
@@ -187,7 +278,8 @@ impl<K: Key> Culler<K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
         self.refused_since.clear();
-        let Self { indexed, keys, layers, hiding, views, .. } = self;
+        self.occlusion = OcclusionReport::default();
+        let Self { indexed, keys, layers, hiding, views, occlusion, .. } = self;
         views.begin(cameras.len());
         self.frusta.clear();
         self.frusta.extend(cameras.iter().map(|camera| camera.frustum_within(|| indexed.index().around())));
@@ -197,7 +289,9 @@ impl<K: Key> Culler<K> {
             if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
                 let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
                 let view = (i, window, camera.frustum());
-                views.is_occluded[i] = hiding.cull(indexed, (layers, mask), view, in_view, drawn);
+                views.is_occluded[i] = hiding.cull(indexed, (layers, mask), view, in_view, drawn, occlusion);
+            } else {
+                occlusion.unsupported += usize::from(camera.asks_to_hide());
             }
             if !layers.sees_all(mask) {
                 let is_seen = |number| keys.slot_of(number).is_some_and(|slot| layers.sees(slot, mask));
@@ -218,7 +312,12 @@ impl<K: Key> Culler<K> {
         let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum_within(|| *bounds).may_see(bounds);
         let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
         if let (Some(hiding), Some(window)) = (&mut self.hiding, camera.hiding_window()) {
-            hiding.mark_hidden((&self.layers, camera.layers()), (window, camera.frustum()), &boxes, &mut hidden);
+            hiding.mark_hidden(
+                (&self.layers, camera.layers()),
+                (window, camera.frustum()),
+                &boxes,
+                &mut hidden,
+            );
         }
         hidden
     }

@@ -1,13 +1,11 @@
 use std::collections::BTreeMap;
 
-use glam::Vec3;
-
 use super::{indexed::Indexed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
-        Columns, CullConfig, Layered, MeshBuffer, Meshes, OccluderPool, Occlusion,
-        OcclusionConfig, OcclusionCuller, Selector, Verdict, remove_hidden,
+        Columns, CullConfig, Layered, MeshBuffer, MeshCounts, Meshes, OccluderPool, Occlusion,
+        OcclusionConfig, OcclusionCuller, Selector, UNMOVED, Verdict, remove_hidden,
     },
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
@@ -21,9 +19,6 @@ const BUDGET: u64 = 600_000;
 
 /// Width and height of the buffer.
 const BUFFER_PX: [usize; 2] = [640, 384];
-
-/// The place of an object that has not moved.
-const UNMOVED: Columns = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ZERO];
 
 /// The occluders of all objects, and the cullers built from them. The polygons of occluders have numbers of their own.
 #[derive(Debug)]
@@ -57,6 +52,43 @@ struct ObjectOccluder {
 struct OccludedView {
     selector: Selector,
     culler: Layered,
+}
+
+/// What cameras did with the occluders; see [`Culler::occlusion`](super::Culler::occlusion).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct OcclusionReport {
+    /// Number of occluders in view.
+    pub considered: usize,
+    /// Number of occluders that were drawn, wholly or in part.
+    pub drawn: usize,
+    /// Number of occluders that other occluders hide.
+    pub hidden: usize,
+    /// Number of occluders that are too small on the screen to hide anything.
+    pub too_small: usize,
+    /// Number of occluders that the budget left out.
+    pub over_budget: usize,
+    /// Number of triangles drawn.
+    pub triangles: usize,
+    /// Counted work of the depth buffer, in units of about a nanosecond.
+    pub work: u64,
+    /// Number of cameras that ask for occlusion culling, but have a parallel projection, an oblique near plane or a
+    /// sheared screen.
+    pub unsupported: usize,
+    /// Number of cameras that use no occluders, because they do not see the layers of an object with an occluder.
+    pub unseen: usize,
+}
+
+impl OcclusionReport {
+    fn add(&mut self, counts: &MeshCounts) {
+        self.considered += counts.considered;
+        self.drawn += counts.drawn;
+        self.hidden += counts.hidden;
+        self.too_small += counts.too_small;
+        self.over_budget += counts.over_budget;
+        self.triangles += counts.triangles;
+        self.work += counts.work;
+    }
 }
 
 /// Error: the polygons would exceed the limit.
@@ -178,22 +210,35 @@ impl Hiding {
         (camera, window, frustum): (usize, &ViewWindow, &Frustum),
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
+        report: &mut OcclusionReport,
     ) -> bool {
+        if !self.sees_all(layers, mask) {
+            report.unseen += 1;
+            return false;
+        }
         let Some(culler) = self.build(camera + 1, (layers, mask), window, frustum) else { return false };
+        report.add(culler.buffer().counts());
+        if culler.is_empty() {
+            return false;
+        }
         remove_hidden(culler, CullConfig::default(), indexed.index(), indexed, frustum, in_view, None, drawn);
         true
     }
 
-    /// Selects occluders for a view, and builds the culler `views[number]`; `None` if no occluder is in view.
+    /// Whether a camera on these layers sees all objects that have an occluder.
+    fn sees_all(&self, layers: &Layers, mask: u32) -> bool {
+        layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask))
+    }
+
+    /// Selects occluders for a view, and builds the culler `views[number]`; `None` if none may be used.
     fn build(
         &mut self,
         number: usize,
         (layers, mask): (&Layers, u32),
         window: &ViewWindow,
         frustum: &Frustum,
-    ) -> Option<&dyn OcclusionCuller> {
-        let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
-        if self.of_object.is_empty() || !sees_all() {
+    ) -> Option<&Layered> {
+        if self.of_object.is_empty() || !self.sees_all(layers, mask) {
             return None;
         }
         if self.views.len() <= number {
@@ -210,7 +255,7 @@ impl Hiding {
         selector.select(&self.pool, &self.surfaces, window);
         culler.build(window, selector.chosen());
         culler.draw(&self.meshes, window, frustum, self.budget);
-        (!selector.chosen().is_empty() || !culler.buffer().is_empty()).then_some(culler)
+        Some(culler)
     }
 
     /// Sets `hidden` for the boxes that the view's occluders hide.

@@ -23,5 +23,6 @@ mod pending;
 pub use camera::{ALL_LAYERS, Camera, CameraError};
 pub use culler::{Culler, Refusal};
 pub use frame::{Frame, Seen};
+pub use hiding::OcclusionReport;
 pub use keys::{Dense, Key};
 pub use occluder::{Occluder, OccluderError};

@@ -1,5 +1,6 @@
 use super::{
-    BuildCounts, Cell, MeshBuffer, Meshes, Needed, OcclusionCuller, ShadowVolume, Tested, TestedBoxes, Verdict,
+    BuildCounts, Cell, MeshBuffer, Meshes, Needed, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
+    Verdict,
 };
 use crate::{
     math::{Aabb, Frustum, Sphere},
@@ -29,6 +30,11 @@ impl Layered {
         let Self { tree, has_tree, buffer } = self;
         let is_in_shadow = |bounds: &Aabb| *has_tree && tree.test_box(bounds).verdict == Verdict::Hidden;
         buffer.build(meshes, window, frustum, budget, &is_in_shadow);
+    }
+
+    /// Whether no occluder is in view.
+    pub(crate) fn is_empty(&self) -> bool {
+        !self.has_tree && self.buffer.is_empty()
     }
 
     pub(crate) fn buffer(&self) -> &MeshBuffer {

@@ -44,9 +44,9 @@ mod verdict;
 mod view_occlusion;
 mod wide;
 
-use coverage::cube_around;
-pub(crate) use coverage::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, moved};
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
+use coverage::cube_around;
+pub(crate) use coverage::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, UNMOVED, moved};
 pub use kind::Occlusion;
 pub(crate) use layered::Layered;
 pub(crate) use stage::work_ns;

@@ -3,6 +3,7 @@
 mod cameras;
 mod culler;
 mod hiding;
+mod meshes;
 mod model;
 mod oracle;
 

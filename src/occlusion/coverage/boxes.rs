@@ -1,10 +1,6 @@
 //! Tests boxes against an image.
 
-use super::{
-    image::Image,
-    picture::Picture,
-    slope::SIDE,
-};
+use super::{image::Image, picture::Picture, slope::SIDE};
 use crate::{
     index::simd::{Kernel, WithKernel},
     math::Aabb,
@@ -201,4 +197,3 @@ impl SeenBoxes {
         [[low[0], high[0]], [low[1], high[1]]]
     }
 }
-

@@ -3,11 +3,11 @@
 
 use super::{
     facet::{FACET_SIDES, Facet, LANES as EDGES},
+    image::pixels_within,
     picture::{MARGIN, STEPS, pixels_between},
     slope::SIDE,
     surfaces::SIDES,
     table::NONE,
-    image::pixels_within,
     tiles::{Part, Tiles},
 };
 use crate::index::simd::{Kernel, WithKernel};

@@ -77,5 +77,5 @@ mod tests;
 
 pub use buffer::CoverageBuffer;
 pub(in crate::occlusion) use buffer::cube_around;
-pub(crate) use mesh::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, moved};
+pub(crate) use mesh::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, UNMOVED, moved};
 pub(in crate::occlusion) use surfaces::Surfaces;

@@ -351,7 +351,6 @@ impl Tiles {
         }
         all_raised
     }
-
 }
 
 /// Moves the bounds of the pixels that a facet touches back to the facet's bound.

@@ -218,7 +218,8 @@ impl Drawer {
             let own = [x, y, z].map(|axis| axis.map(f64::from));
             for (row, out) in rows.iter().zip([&mut *right, up, forward]) {
                 for lane in 0..LANES {
-                    out[lane] = row[0] * own[0][lane] + row[1] * own[1][lane] + row[2] * own[2][lane] + row[3];
+                    out[lane] =
+                        row[0] * own[0][lane] + row[1] * own[1][lane] + row[2] * own[2][lane] + row[3];
                 }
             }
             let mut is_known = [false; LANES];
@@ -254,7 +255,8 @@ impl Drawer {
             let [a, b, c] = t.map(|corner| self.at[usize::from(corner)].map(i64::from));
             return side(turn(a, b, c));
         }
-        let mut cut = Cut { triangle: number, corners: [[0; 2]; 4], len: 0, side: [[0; 2]; 2], far: f32::MAX };
+        let mut cut =
+            Cut { triangle: number, corners: [[0; 2]; 4], len: 0, side: [[0; 2]; 2], far: f32::MAX };
         let mut ends = 0;
         for i in 0..3 {
             let (from, to) = (t[i], t[(i + 1) % 3]);
@@ -415,7 +417,9 @@ impl Drawer {
         };
         let (x, y) = (ends(0), ends(1));
         let side = SIDE as i32;
-        let tiles = |[from, end]: [i32; 2], count: i32| [from.max(0) / side, (end.min(count * side) + side - 1) / side];
+        let tiles = |[from, end]: [i32; 2], count: i32| {
+            [from.max(0) / side, (end.min(count * side) + side - 1) / side]
+        };
         let (columns, rows) = (tiles(x, self.columns), tiles(y, self.rows));
         // Written so that a range that ends before the picture is empty.
         let is_in = x[1] > 0 && y[1] > 0 && columns[0] < columns[1] && rows[0] < rows[1];
@@ -449,7 +453,8 @@ impl Drawer {
         }
         let Some([[x, y], [columns, rows]]) = self.reach(&[a, b, c]) else { return };
         let has_area = turn(a.map(i64::from), b.map(i64::from), c.map(i64::from)) > 0;
-        let [from, to] = [[a, b, c], [b, c, a]].map(|at| at.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS))));
+        let [from, to] =
+            [[a, b, c], [b, c, a]].map(|at| at.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS))));
         let (mut by_x, mut by_y, mut base) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
         for i in 0..3 {
@@ -484,17 +489,15 @@ impl Drawer {
                 } else if is_whole {
                     u64::MAX
                 } else {
-                    pixels_within(x, y, left, low)
-                        & kernel.half_planes(at.map(|v| v as f32), by_x32, by_y32)
+                    pixels_within(x, y, left, low) & kernel.half_planes(at.map(|v| v as f32), by_x32, by_y32)
                 };
                 let far = match plane {
                     Some([start, across, up]) => {
                         let end = SIDE as f64;
                         let terms = start.abs() + (across * (px + end)).abs() + (up * (py + end)).abs();
-                        let bound = start + across * px + up * py
-                            + (across * end).min(0.0)
-                            + (up * end).min(0.0)
-                            - DEPTH_SLACK * terms;
+                        let bound =
+                            start + across * px + up * py + (across * end).min(0.0) + (up * end).min(0.0)
+                                - DEPTH_SLACK * terms;
                         (bound as f32).max(far)
                     }
                     None => far,

@@ -6,5 +6,5 @@ mod registry;
 mod stage;
 
 pub(crate) use prepare::OccluderMesh;
-pub(crate) use registry::{Columns, Meshes, moved};
+pub(crate) use registry::{Columns, Meshes, UNMOVED, moved};
 pub(crate) use stage::{MeshBuffer, MeshCounts};

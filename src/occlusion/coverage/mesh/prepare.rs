@@ -90,23 +90,6 @@ impl OccluderMesh {
     pub(crate) fn bounds(&self) -> Aabb {
         self.bounds
     }
-
-    pub(crate) fn triangles(&self) -> usize {
-        self.triangles.len()
-    }
-
-    /// The corners of all triangles.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
-        self.batches.iter().flat_map(|batch| {
-            let triangles = &self.triangles[batch.triangles.start as usize..batch.triangles.end as usize];
-            triangles.iter().map(|t| t.map(|corner| self.corner(batch, corner)))
-        })
-    }
-
-    fn corner(&self, batch: &Batch, corner: u16) -> Vec3 {
-        let at = batch.corners.start as usize + usize::from(corner);
-        Vec3::new(self.corners[0][at], self.corners[1][at], self.corners[2][at])
-    }
 }
 
 /// The distinct positions, and the triangles of three distinct ones. A triangle without area stays, because it may close a

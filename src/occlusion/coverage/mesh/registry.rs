@@ -62,11 +62,19 @@ impl Meshes {
     }
 }
 
-/// The box around a box of a space.
+/// The place of a space that is world space.
+pub(crate) const UNMOVED: Columns = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ZERO];
+
+/// The box around a moved box, wider by the rounding error.
 pub(crate) fn moved(columns: &Columns, bounds: &Aabb) -> Aabb {
+    if *columns == UNMOVED {
+        return *bounds;
+    }
     let [x, y, z, origin] = *columns;
     let (center, half) = (bounds.center(), bounds.extent() * 0.5);
+    let reach = x.abs() * half.x + y.abs() * half.y + z.abs() * half.z;
+    let size = x.abs() * center.x.abs() + y.abs() * center.y.abs() + z.abs() * center.z.abs() + origin.abs();
     let center = x * center.x + y * center.y + z * center.z + origin;
-    let half = x.abs() * half.x + y.abs() * half.y + z.abs() * half.z;
+    let half = reach + (reach + size) * (8.0 * f32::EPSILON);
     Aabb::new(center - half, center + half)
 }

@@ -5,13 +5,7 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 use glam::DVec3;
 
 use super::{
-    super::{
-        boxes::TestBoxes,
-        image::Image,
-        picture::Picture,
-        slope::SIDE,
-        table::NONE,
-    },
+    super::{boxes::TestBoxes, image::Image, picture::Picture, slope::SIDE, table::NONE},
     draw::{Drawer, Placed},
     prepare::OccluderMesh,
     registry::{Columns, Instance, Meshes, moved},
@@ -166,16 +160,22 @@ impl MeshBuffer {
         self.pending.clear();
         self.counts = MeshCounts::default();
         self.first_batch.resize(meshes.instances.len(), 0);
-        let raster = Raster::new(
-            window,
-            (self.image.columns * SIDE) as f64,
-            (self.image.rows * SIDE) as f64,
-        );
+        let raster = Raster::new(window, (self.image.columns * SIDE) as f64, (self.image.rows * SIDE) as f64);
         // A mesh is as far away as its size, if there is no near plane.
         let usual_m = meshes.bounds.iter().map(|bounds| f64::from(bounds.extent().max_element()));
         let picture = Picture::new(window, &raster, usual_m.fold(1.0e-3, f64::max));
         self.picture = Some(picture);
+        let t = std::time::Instant::now();
         self.backend.run(Build { buffer: self, meshes, picture: &picture, frustum, budget, is_hidden });
+        if std::env::var_os("OCC").is_some() {
+            eprintln!(
+                "{:?} us, records {} pending {} {:?}",
+                t.elapsed().as_micros(),
+                self.records.len(),
+                self.pending.len(),
+                self.counts
+            );
+        }
     }
 
     /// Tests at most sixteen boxes.
@@ -227,7 +227,8 @@ impl WithKernel for Build<'_> {
             buffer.draw_wave(kernel, meshes, picture);
             wave_size *= WAVE_GROWTH;
         }
-        buffer.counts.over_budget = buffer.items.len();
+        buffer.counts.over_budget =
+            buffer.items.iter().filter(|Reverse((_, _, batch))| *batch == NONE).count();
     }
 }
 
@@ -286,7 +287,8 @@ impl MeshBuffer {
         self.counts.work += len as u64 * TEST;
         let mut hidden = 0_u32;
         if !self.drawn.is_empty() {
-            let each = |lane: usize, tested: Tested| hidden |= u32::from(tested.verdict == Verdict::Hidden) << lane;
+            let each =
+                |lane: usize, tested: Tested| hidden |= u32::from(tested.verdict == Verdict::Hidden) << lane;
             let boxes = &boxes[..len];
             TestBoxes { image: &self.image, picture, boxes, needed: Needed::Hidden, each }.run(kernel);
         }
@@ -300,6 +302,7 @@ impl MeshBuffer {
                 continue;
             }
             if is_mesh {
+                self.counts.drawn += 1;
                 self.first_batch[number as usize] = self.drawn_of.len() as u32;
                 self.drawn_of.resize(self.drawn_of.len() + mesh.batches.len(), NONE);
                 if mesh.batches.len() > 1 {
@@ -350,7 +353,6 @@ impl MeshBuffer {
             }
             self.drawn_of[(self.first_batch[number as usize] + k) as usize] = self.drawn.len() as u32;
             self.drawn.push(drawn);
-            self.counts.drawn += 1;
         }
         self.join(kernel);
     }
