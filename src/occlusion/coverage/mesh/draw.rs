@@ -9,16 +9,13 @@ use super::{
         picture::{MARGIN, Picture, STEPS, pixels_between},
         slope::SIDE,
     },
+    contour::Contour,
     prepare::{Batch, LANES, MOST_CORNERS, OccluderMesh},
 };
 use crate::{index::simd::Kernel, occlusion::raster::Raster};
 
 /// Position of the sample in a pixel.
 const SAMPLE: f64 = 0.5;
-
-/// A pixel counts as reached by a triangle if its sample lies at most this far outside of each edge, pixels. It exceeds
-/// the rounding of `f32`, so no sample on a common edge is lost.
-const OUTSIDE: f64 = 0.01;
 
 /// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel, with the rounding of
 /// `f32`.
@@ -98,8 +95,8 @@ pub(super) struct Drawer {
     /// The corners relative to the eye, by axis.
     eye: [Vec<f64>; 3],
     /// Positions in steps; reciprocal depths, 0 for a corner that has no position.
-    at: Vec<[i32; 2]>,
-    nearness: Vec<f32>,
+    at: Box<[[i32; 2]; MOST_CORNERS]>,
+    nearness: Box<[f32; MOST_CORNERS]>,
     /// For each triangle, 0 if it is counterclockwise in the picture, 1 if clockwise, or [`NOT_DRAWN`].
     pub(super) sides: Vec<u8>,
     cuts: Vec<Cut>,
@@ -110,14 +107,15 @@ pub(super) struct Drawer {
     surface: u32,
     columns: i32,
     rows: i32,
+    contour: Contour,
 }
 
 impl Drawer {
     pub(super) fn new(image: &Image) -> Self {
         Self {
             eye: std::array::from_fn(|_| vec![0.0; MOST_CORNERS]),
-            at: vec![[0; 2]; MOST_CORNERS],
-            nearness: vec![0.0; MOST_CORNERS],
+            at: Box::new([[0; 2]; MOST_CORNERS]),
+            nearness: Box::new([0.0; MOST_CORNERS]),
             sides: Vec::new(),
             cuts: Vec::new(),
             parts: vec![Part::default(); image.columns * image.rows],
@@ -126,6 +124,7 @@ impl Drawer {
             surface: 0,
             columns: image.columns as i32,
             rows: image.rows as i32,
+            contour: Contour::new(image.columns, image.rows),
         }
     }
 
@@ -154,7 +153,7 @@ impl Drawer {
         let triangles = &mesh.triangles[batch.triangles.start as usize..batch.triangles.end as usize];
         self.sides.clear();
         self.cuts.clear();
-        let (at, mut seen) = (&self.at[..MOST_CORNERS], [false; 4]);
+        let (at, mut seen) = (&*self.at, [false; 4]);
         if is_whole {
             for t in triangles {
                 let [a, b, c] = t.map(|corner| at[usize::from(corner) % MOST_CORNERS].map(i64::from));
@@ -236,7 +235,8 @@ impl Drawer {
         is_whole
     }
 
-    fn corner(&self, corner: u16) -> DVec3 {
+    #[inline(always)]
+    fn eye_at(&self, corner: u16) -> DVec3 {
         let corner = usize::from(corner);
         DVec3::new(self.eye[0][corner], self.eye[1][corner], self.eye[2][corner])
     }
@@ -257,10 +257,9 @@ impl Drawer {
         }
         let mut cut =
             Cut { triangle: number, corners: [[0; 2]; 4], len: 0, side: [[0; 2]; 2], far: f32::MAX };
-        let mut ends = 0;
         for i in 0..3 {
             let (from, to) = (t[i], t[(i + 1) % 3]);
-            let is_in = [from, to].map(|corner| self.corner(corner).z >= placed.near);
+            let is_in = [from, to].map(|corner| self.eye_at(corner).z >= placed.near);
             if is_in[0] {
                 if nearness[i] == 0.0 {
                     return NOT_DRAWN;
@@ -273,8 +272,8 @@ impl Drawer {
                 let Some(at) = self.cut(from, to, placed, picture) else { return NOT_DRAWN };
                 cut.corners[usize::from(cut.len)] = at;
                 cut.len += 1;
-                cut.side[ends] = at;
-                ends += 1;
+                // The side goes from where the outline leaves to where it comes back.
+                cut.side[usize::from(is_in[1])] = at;
             }
         }
         if cut.len < 3 {
@@ -291,7 +290,7 @@ impl Drawer {
 
     /// The place at which the near plane cuts an edge. It is the same for both triangles of the edge.
     fn cut(&self, from: u16, to: u16, placed: &Placed, picture: &Picture) -> Option<[i32; 2]> {
-        let (a, b) = (self.corner(from), self.corner(to));
+        let (a, b) = (self.eye_at(from), self.eye_at(to));
         let (low, high) = if a.to_array() < b.to_array() { (a, b) } else { (b, a) };
         let along = (placed.near - low.z) / (high.z - low.z);
         let mut eye = low + (high - low) * along;
@@ -310,12 +309,12 @@ impl Drawer {
         if self.nearness[a] > 0.0 && self.nearness[b] > 0.0 {
             return Some([self.at[a], self.at[b]]);
         }
-        let is_in = ends.map(|corner| self.corner(corner).z >= placed.near);
+        let is_in = ends.map(|corner| self.eye_at(corner).z >= placed.near);
         if is_in[0] == is_in[1] {
             return None;
         }
-        let inside = if is_in[0] { a } else { b };
-        Some([self.at[inside], self.cut(ends[0], ends[1], placed, picture)?])
+        let cut = self.cut(ends[0], ends[1], placed, picture)?;
+        Some(if is_in[0] { [self.at[a], cut] } else { [cut, self.at[b]] })
     }
 
     /// Draws the triangles of the projected batch that show `side`. A border that `is_open` accepts has no neighbour.
@@ -332,47 +331,23 @@ impl Drawer {
         self.surface += 1;
         self.tiles.clear();
         self.touches.clear();
-        let first = batch.triangles.start as usize;
-        let mut cuts = 0;
-        for number in 0..batch.triangles.len() {
-            if self.sides[number] != side {
-                continue;
-            }
-            let t = mesh.triangles[first + number].map(|corner| usize::from(corner) % MOST_CORNERS);
-            let nearness = t.map(|corner| self.nearness[corner]);
-            let far = nearness[0].min(nearness[1]).min(nearness[2]);
-            if far > 0.0 {
-                let corners = t.map(|corner| self.at[corner]);
-                let eyes = || mesh.triangles[first + number].map(|corner| self.corner(corner));
-                let plane = Self::plane(corners, eyes, &picture.raster);
-                self.triangle(kernel, corners, side, far, plane);
-                continue;
-            }
-            while usize::from(self.cuts[cuts].triangle) != number {
-                cuts += 1;
-            }
-            let cut = self.cuts[cuts];
-            let eyes = mesh.triangles[first + number].map(|corner| self.corner(corner));
-            let far = cut.far.min((1.0 / placed.near * (1.0 - DEPTH_SLACK)) as f32);
-            let plane = plane_of(&eyes, &picture.raster, Pushed::Back);
-            let [a, b, c, d] = cut.corners;
-            self.triangle(kernel, [a, b, c], side, far, plane);
-            if cut.len == 4 {
-                self.triangle(kernel, [a, c, d], side, far, plane);
-            }
-        }
+        self.draw_depths((mesh, batch), placed, picture, side);
+        // Clockwise triangles pass their edges the other way round.
+        let is_turned = side == 1;
         for inner in &mesh.inner[batch.inner.start as usize..batch.inner.end as usize] {
             let [a, b] = inner.triangles.map(|t| self.sides[usize::from(t)]);
             if a != b
                 && (a == side || b == side)
                 && let Some(ends) = self.ends(inner.ends, placed, picture)
             {
+                self.contour.add(ends, is_turned != (b == side));
                 self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
             }
         }
         for i in 0..self.cuts.len() {
             let Cut { triangle, side: ends, .. } = self.cuts[i];
             if self.sides[usize::from(triangle)] == side {
+                self.contour.add(ends, is_turned);
                 self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
             }
         }
@@ -382,6 +357,7 @@ impl Drawer {
                 continue;
             }
             let Some(ends) = self.ends(border.ends, placed, picture) else { continue };
+            self.contour.add(ends, is_turned);
             if is_open(number as usize) {
                 self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
                 continue;
@@ -393,16 +369,48 @@ impl Drawer {
             });
             self.touches = touches;
         }
+        let Self { contour, parts, surface, .. } = self;
+        contour.fill(|tile, pixels| {
+            if parts[tile].surface == *surface {
+                parts[tile].reached = pixels;
+            }
+        });
     }
 
-    /// The plane of a large triangle.
+    /// Draws the depths of the triangles that show `side`.
     #[inline(always)]
-    fn plane(corners: [[i32; 2]; 3], eyes: impl Fn() -> [DVec3; 3], raster: &Raster) -> Option<[f64; 3]> {
-        let is_large = [0, 1].into_iter().any(|axis| {
-            let [a, b, c] = corners.map(|at| at[axis]);
-            a.max(b).max(c) - a.min(b).min(c) > SMALL_PX * STEPS as i32
-        });
-        if is_large { plane_of(&eyes(), raster, Pushed::Back) } else { None }
+    fn draw_depths(
+        &mut self,
+        (mesh, batch): (&OccluderMesh, &Batch),
+        placed: &Placed,
+        picture: &Picture,
+        side: u8,
+    ) {
+        let triangles = &mesh.triangles[batch.triangles.start as usize..batch.triangles.end as usize];
+        let mut cuts = 0;
+        for (number, t) in triangles.iter().enumerate() {
+            if self.sides[number] != side {
+                continue;
+            }
+            let [a, b, c] = t.map(|corner| usize::from(corner) % MOST_CORNERS);
+            let far = smaller(smaller(self.nearness[a], self.nearness[b]), self.nearness[c]);
+            if far > 0.0 {
+                let corners = [self.at[a], self.at[b], self.at[c]];
+                let eyes = t.map(|corner| self.eye_at(corner));
+                self.depth(corners, far, eyes, &picture.raster);
+                continue;
+            }
+            while usize::from(self.cuts[cuts].triangle) != number {
+                cuts += 1;
+            }
+            let Cut { corners: [a, b, c, d], len, far, .. } = self.cuts[cuts];
+            let eyes = t.map(|corner| self.eye_at(corner));
+            let far = far.min((1.0 / placed.near * (1.0 - DEPTH_SLACK)) as f32);
+            self.depth([a, b, c], far, eyes, &picture.raster);
+            if len == 4 {
+                self.depth([a, c, d], far, eyes, &picture.raster);
+            }
+        }
     }
 
     /// The pixels and the tiles of a range of corners; `None` outside of the picture.
@@ -437,73 +445,39 @@ impl Drawer {
         part
     }
 
-    /// Draws a triangle that shows `side`.
+    /// Draws the depth of a triangle in all tiles that it touches, and perhaps others.
     #[inline(always)]
-    fn triangle<K: Kernel>(
-        &mut self,
-        kernel: K,
-        corners: [[i32; 2]; 3],
-        side: u8,
-        far: f32,
-        plane: Option<[f64; 3]>,
-    ) {
-        let [a, mut b, mut c] = corners;
-        if side == 1 {
-            (b, c) = (c, b);
+    fn depth(&mut self, corners: [[i32; 2]; 3], far: f32, eyes: [DVec3; 3], raster: &Raster) {
+        let Some([[x, y], [columns, rows]]) = self.reach(&corners) else { return };
+        if columns[1] - columns[0] == 1 && rows[1] - rows[0] == 1 {
+            self.part((rows[0] * self.columns + columns[0]) as usize, far);
+            return;
         }
-        let Some([[x, y], [columns, rows]]) = self.reach(&[a, b, c]) else { return };
-        let has_area = turn(a.map(i64::from), b.map(i64::from), c.map(i64::from)) > 0;
-        let [from, to] =
-            [[a, b, c], [b, c, a]].map(|at| at.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS))));
-        let (mut by_x, mut by_y, mut base) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
-        for i in 0..3 {
-            let (dx, dy) = (to[i][0] - from[i][0], to[i][1] - from[i][1]);
-            (by_x[i], by_y[i]) = (-dy, dx);
-            let length = dx.abs() + dy.abs();
-            base[i] = OUTSIDE * length - dy * (SAMPLE - from[i][0]) + dx * (SAMPLE - from[i][1]);
-            // From the value at the first sample to the largest and the least one in a tile and around it.
-            let last = SIDE as f64;
-            most[i] = (last * by_x[i]).max(0.0) + (last * by_y[i]).max(0.0) + length;
-            least[i] = (last * by_x[i]).min(0.0) + (last * by_y[i]).min(0.0);
-        }
-        let is_one = columns[1] - columns[0] == 1 && rows[1] - rows[0] == 1;
-        let [by_x32, by_y32] = [by_x, by_y].map(|by| by.map(|v| v as f32));
+        let is_large = x[1] - x[0] > SMALL_PX || y[1] - y[0] > SMALL_PX;
+        let plane = if is_large { plane_of(&eyes, raster, Pushed::Back) } else { None };
+        // For each edge: a value that is positive inside, at the first sample of the picture, and what a tile adds at most.
+        let [a, b, c] = corners.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS)));
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        let sign = if area < 0.0 { -1.0 } else { 1.0 };
+        let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| {
+            let (dx, dy) = ((to[0] - from[0]) * sign, (to[1] - from[1]) * sign);
+            let most = SIDE as f64 * ((-dy).max(0.0) + dx.max(0.0)) + dx.abs() + dy.abs();
+            (-dy, dx, dy * from[0] - dx * from[1] + most)
+        });
         for row in rows[0]..rows[1] {
             for column in columns[0]..columns[1] {
-                let (left, low) = (column * SIDE as i32, row * SIDE as i32);
-                let (px, py) = (f64::from(left), f64::from(low));
-                let mut at = [0.0; 3];
-                for i in 0..3 {
-                    at[i] = base[i] + by_x[i] * px + by_y[i] * py;
+                let (px, py) = (f64::from(column * SIDE as i32), f64::from(row * SIDE as i32));
+                if is_large && edges.iter().any(|(by_x, by_y, most)| by_x * px + by_y * py + most < 0.0) {
+                    continue;
                 }
-                let mut is_whole = false;
-                if !is_one {
-                    if (0..3).any(|i| at[i] + most[i] < 0.0) {
-                        continue;
-                    }
-                    is_whole = (0..3).all(|i| at[i] + least[i] >= 0.0);
+                let mut bound = far;
+                if let Some([start, across, up]) = plane {
+                    let end = SIDE as f64;
+                    let terms = start.abs() + (across * (px + end)).abs() + (up * (py + end)).abs();
+                    let least = start + across * px + up * py + (across * end).min(0.0) + (up * end).min(0.0);
+                    bound = ((least - DEPTH_SLACK * terms) as f32).max(far);
                 }
-                let reached = if !has_area {
-                    0
-                } else if is_whole {
-                    u64::MAX
-                } else {
-                    pixels_within(x, y, left, low) & kernel.half_planes(at.map(|v| v as f32), by_x32, by_y32)
-                };
-                let far = match plane {
-                    Some([start, across, up]) => {
-                        let end = SIDE as f64;
-                        let terms = start.abs() + (across * (px + end)).abs() + (up * (py + end)).abs();
-                        let bound =
-                            start + across * px + up * py + (across * end).min(0.0) + (up * end).min(0.0)
-                                - DEPTH_SLACK * terms;
-                        (bound as f32).max(far)
-                    }
-                    None => far,
-                };
-                let tile = (row * self.columns + column) as usize;
-                self.part(tile, far).reached |= reached;
+                self.part((row * self.columns + column) as usize, bound);
             }
         }
     }
@@ -545,4 +519,10 @@ impl Drawer {
             }
         }
     }
+}
+
+/// The smaller number; unspecified for NaN.
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

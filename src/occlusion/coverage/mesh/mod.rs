@@ -1,5 +1,6 @@
 //! Occluder meshes, drawn by batches.
 
+mod contour;
 mod draw;
 mod prepare;
 mod registry;
