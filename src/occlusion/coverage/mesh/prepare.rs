@@ -25,6 +25,13 @@ const LEAST_COSINE: f32 = 0.3;
 /// A batch of fewer triangles than this takes neighbours of any direction.
 const FEW: usize = 48;
 
+/// A box inside takes twelve triangles, so it pays for meshes of more.
+const LEAST_FOR_A_BOX: usize = 24;
+
+/// The corners of a box in the order of [`Aabb::corners`], counterclockwise from outside.
+const BOX_SIDES: [[u32; 4]; 6] =
+    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+
 /// Neighbouring triangles of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Batch {
@@ -66,6 +73,16 @@ pub(crate) struct OccluderMesh {
     pub(super) is_closed: bool,
     /// Whether the triangles are counterclockwise from outside; only for a closed mesh.
     pub(super) faces_out: bool,
+    /// A box inside of a closed mesh.
+    pub(super) inner_box: Option<InnerBox>,
+}
+
+/// A box inside of a closed mesh. From outside the mesh hides what the box hides.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct InnerBox {
+    pub(super) mesh: Box<OccluderMesh>,
+    /// Largest distance of one of its sides from the mesh's box.
+    pub(super) gap: f32,
 }
 
 impl OccluderMesh {
@@ -84,7 +101,11 @@ impl OccluderMesh {
         let mut faces = Faces { triangles, mates };
         faces.turn_alike();
         let batch_of = faces.batches(&positions);
-        Some(faces.mesh(&positions, &batch_of))
+        let mut mesh = faces.mesh(&positions, &batch_of);
+        if mesh.is_closed && mesh.triangles.len() >= LEAST_FOR_A_BOX {
+            mesh.inner_box = faces.inner_box(&positions, &mesh.bounds);
+        }
+        Some(mesh)
     }
 
     pub(crate) fn bounds(&self) -> Aabb {
@@ -269,6 +290,66 @@ impl Faces {
         batch_of
     }
 
+    /// A box around the middle of a closed mesh that no triangle enters. The middle must have a winding number, and then so
+    /// has each point of the box. So each ray from outside meets the mesh before the box.
+    fn inner_box(&self, positions: &[Vec3], bounds: &Aabb) -> Option<InnerBox> {
+        let center = bounds.center();
+        let corners = |t: &[u32; 3]| t.map(|corner| positions[corner as usize]);
+        let (to_min, to_max) = (center - bounds.min, bounds.max - center);
+        // The largest box of the shape of `bounds` that the boxes of the triangles do not enter.
+        let mut share = 1.0_f32;
+        for t in &self.triangles {
+            let part = Aabb::from_points(&corners(t));
+            let apart = ((part.min - center) / to_max).max((center - part.max) / to_min);
+            share = share.min(apart.max_element());
+        }
+        let share = share * 0.999;
+        let mut inner = Aabb::new(center - to_min * share, center + to_max * share);
+        let enters = |t: &[u32; 3]| {
+            let part = Aabb::from_points(&corners(t));
+            part.min.cmplt(inner.max).all() && part.max.cmpgt(inner.min).all()
+        };
+        if !(share > 0.1) || self.triangles.iter().any(enters) {
+            return None;
+        }
+        // Each side moves outwards to the next triangle.
+        for side in 0..6 {
+            let (axis, is_max) = (side / 2, side % 2 == 1);
+            let mut end = if is_max { bounds.max[axis] } else { bounds.min[axis] };
+            for t in &self.triangles {
+                let part = Aabb::from_points(&corners(t));
+                let (low, high) = (part.min.cmplt(inner.max), part.max.cmpgt(inner.min));
+                let is_beside = (0..3).all(|other| other == axis || low.test(other) && high.test(other));
+                if is_beside && is_max && part.min[axis] >= inner.max[axis] {
+                    end = end.min(part.min[axis]);
+                } else if is_beside && !is_max && part.max[axis] <= inner.min[axis] {
+                    end = end.max(part.max[axis]);
+                }
+            }
+            if is_max {
+                inner.max[axis] = end;
+            } else {
+                inner.min[axis] = end;
+            }
+        }
+        // The winding number of the middle, from the triangles' solid angles (Van Oosterom and Strackee, 1983).
+        let angles: f64 = self
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = corners(t).map(|p| (p.as_dvec3() - center.as_dvec3()).normalize());
+                2.0 * f64::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+            })
+            .sum();
+        if angles.abs() < 2.0 * std::f64::consts::PI {
+            return None;
+        }
+        let gaps = (inner.min - bounds.min).max(bounds.max - inner.max);
+        let triangles: Vec<_> = BOX_SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let mesh = OccluderMesh::new(&inner.corners(), &triangles)?;
+        Some(InnerBox { mesh: Box::new(mesh), gap: gaps.max_element() })
+    }
+
     fn mesh(&self, positions: &[Vec3], batch_of: &[u32]) -> OccluderMesh {
         let batches = batch_of.iter().max().map_or(0, |&last| last as usize + 1);
         let mut starts = vec![0_u32; batches + 1];
@@ -295,6 +376,7 @@ impl Faces {
             bounds: Aabb::EMPTY,
             is_closed: true,
             faces_out: false,
+            inner_box: None,
         };
         let mut local = vec![(NONE, 0_u16); positions.len()];
         let mut volume = 0.0;

@@ -34,6 +34,12 @@ const TRIANGLE: u64 = 22;
 /// A mesh or batch with a box of fewer pixels than this hides too little to be drawn.
 const LEAST_PX: f32 = 150.0;
 
+/// The box inside of a mesh stands for the mesh if it is smaller by at most this many pixels on each side.
+const MOST_GAP_PX: f32 = 1.0;
+
+/// Stands for the box inside of a mesh, in place of a batch.
+const INNER_BOX: u32 = NONE - 1;
+
 /// What a view did with the occluders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct MeshCounts {
@@ -293,6 +299,7 @@ impl MeshBuffer {
             TestBoxes { image: &self.image, picture, boxes, needed: Needed::Hidden, each }.run(kernel);
         }
         let mut triangles = 0;
+        let eye = picture.raster.eye_in_world.as_vec3();
         for i in 0..len {
             let (number, batch) = group[i];
             let Some(Instance { mesh, columns }) = &meshes.instances[number as usize] else { continue };
@@ -305,6 +312,13 @@ impl MeshBuffer {
                 self.counts.drawn += 1;
                 self.first_batch[number as usize] = self.drawn_of.len() as u32;
                 self.drawn_of.resize(self.drawn_of.len() + mesh.batches.len(), NONE);
+                if let Some(inner) = &mesh.inner_box
+                    && is_box_enough(inner.gap, columns, boxes[i].distance_squared(eye).sqrt(), picture)
+                {
+                    self.wave.push((number, INNER_BOX));
+                    triangles += inner.mesh.triangles.len();
+                    continue;
+                }
                 if mesh.batches.len() > 1 {
                     for (batch, k) in mesh.batches.iter().zip(0..) {
                         let bounds = moved(columns, &batch.bounds);
@@ -326,8 +340,12 @@ impl MeshBuffer {
     fn draw_wave<K: Kernel>(&mut self, kernel: K, meshes: &Meshes, picture: &Picture) {
         let eye = picture.raster.eye_in_world.as_vec3();
         for i in 0..self.wave.len() {
-            let (number, k) = self.wave[i];
+            let (number, mut k) = self.wave[i];
             let Some(Instance { mesh, columns }) = &meshes.instances[number as usize] else { continue };
+            let mut mesh = &**mesh;
+            if let Some(inner) = mesh.inner_box.as_ref().filter(|_| k == INNER_BOX) {
+                (mesh, k) = (&*inner.mesh, 0);
+            }
             let batch = &mesh.batches[k as usize];
             let placed = Placed::new(&columns.map(|column| column.as_dvec3()), mesh, picture);
             let mut seen = self.drawer.project(mesh, batch, &placed, picture);
@@ -452,6 +470,17 @@ fn root(records: &mut [Record], mut at: u32) -> u32 {
         records[at as usize].parent = next;
         at = next;
     }
+}
+
+/// Whether the box inside of a mesh hides nearly as much as the mesh, at this distance. The near plane must lie outside of
+/// the mesh, because the mesh hides nothing where the near plane cuts it open.
+fn is_box_enough(gap: f32, columns: &Columns, distance_m: f32, picture: &Picture) -> bool {
+    let scale = columns[..3].iter().map(|column| column.length()).fold(0.0, f32::max);
+    let [low, high] = picture.raster.tangents();
+    let corner = low.abs().max(high.abs());
+    let reach_m = picture.near * (1.0 + corner.length_squared()).sqrt();
+    let gap_px = gap * scale * picture.raster.pixels_a_unit().max_element() as f32;
+    f64::from(distance_m) > reach_m * (1.0 + 1.0e-5) && gap_px <= MOST_GAP_PX * distance_m
 }
 
 fn is_mirrored(columns: &Columns) -> bool {
