@@ -15,7 +15,7 @@ pub(super) const MARGIN: f64 = 1.0 / 64.0;
 const _: () = assert!(0.5 / STEPS + KNOWN + 0.003 < MARGIN);
 
 /// Largest error of a corner's position before it is rounded to steps, pixels.
-const KNOWN: f64 = 0.004;
+pub(super) const KNOWN: f64 = 0.004;
 
 /// Largest coordinate of a corner in the picture, pixels. So steps fit into `i32`, and products of their differences
 /// into `i64`.

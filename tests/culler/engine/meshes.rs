@@ -196,7 +196,7 @@ fn no_object_behind_moving_meshes_is_hidden_while_a_ray_reaches_it() {
             assert!(missing.is_empty(), "scene {scene}: {missing:?}");
         }
     }
-    assert!(hidden > 4000, "{hidden}");
+    assert!(hidden > 1500, "{hidden}");
 }
 
 /// A wall of `n` x `n` quads before a camera at the origin that looks along -z.
@@ -226,6 +226,7 @@ fn a_wall_hides_as_much_however_finely_it_is_divided_and_wherever_it_moves() {
         culler.set(i, [min, min + 0.2]);
     }
     let hidden = |culler: &mut Culler<u32>| culler.cull(&[ahead()])[0].hidden();
+    culler.set_occlusion_budget(2_000_000);
     let mut first = None;
     for n in [1, 7, 30, 158] {
         let mesh = wall(n);
@@ -236,7 +237,7 @@ fn a_wall_hides_as_much_however_finely_it_is_divided_and_wherever_it_moves() {
         assert!(found * 100 >= first * 96, "{n}: {found} of {first}");
         let report = culler.occlusion();
         assert_eq!((report.considered, report.drawn, report.over_budget), (1, 1, 0));
-        assert_eq!(report.triangles, 2 * (n * n) as usize);
+        assert_eq!(report.triangles, 2 * (n * n) as usize, "{report:?}");
         let again = hidden(&mut culler);
         assert_eq!((again, culler.occlusion()), (found, report), "the work is counted");
 
@@ -251,6 +252,7 @@ fn a_wall_hides_as_much_however_finely_it_is_divided_and_wherever_it_moves() {
         culler.set_transform(9001, twice);
         assert!(hidden(&mut culler) * 100 >= first * 96);
         let mut other = Culler::<u32>::new();
+        other.set_occlusion_budget(2_000_000);
         other.set(1, [[-0.5, -0.5, -41.0], [0.5, 0.5, -40.0_f32]]);
         other.append(culler);
         assert!(other.cull(&[ahead()])[0].hidden() * 100 >= first * 96, "it came with its place");

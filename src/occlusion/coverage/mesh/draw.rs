@@ -6,13 +6,15 @@ use super::{
     super::{
         facet::{Pushed, plane_of, turn},
         image::{Image, pixels_within},
-        picture::{MARGIN, Picture, STEPS, pixels_between},
+        picture::{KNOWN, MARGIN, Picture, STEPS, pixels_between},
         slope::SIDE,
+        table::NONE,
     },
     contour::Contour,
     prepare::{Batch, LANES, MOST_CORNERS, OccluderMesh},
+    registry::Mate,
 };
-use crate::{index::simd::Kernel, occlusion::raster::Raster};
+use crate::{index::simd::Kernel, math::Aabb, occlusion::raster::Raster};
 
 /// Position of the sample in a pixel.
 const SAMPLE: f64 = 0.5;
@@ -20,6 +22,9 @@ const SAMPLE: f64 = 0.5;
 /// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel, with the rounding of
 /// `f32`.
 const TOUCH: f64 = SAMPLE + MARGIN + 0.002;
+
+/// Largest tangent of a corner's direction. A larger one would cut more of large meshes near the eye.
+const MOST_TANGENT: f64 = 1.0e4;
 
 /// A triangle up to this size, pixels, has the depth of its farthest corner everywhere.
 const SMALL_PX: i32 = 12;
@@ -37,20 +42,28 @@ pub(super) struct Placed {
     rows: [[f64; 4]; 3],
     /// Nearest depth that is drawn.
     near: f64,
+    /// Largest tangent of a corner's direction, across and up together.
+    most_tangent: f64,
 }
 
 impl Placed {
-    /// `columns` are the images of the axes, and the origin. Parts too near for exact positions are cut off.
-    pub(super) fn new(columns: &[DVec3; 4], mesh: &OccluderMesh, picture: &Picture) -> Self {
+    /// `columns` are the images of the axes, and the origin. Parts too near for exact positions are cut off. `bounds` is a
+    /// box around the mesh, and around all meshes that it is linked to, so that linked meshes are cut alike.
+    pub(super) fn new(columns: &[DVec3; 4], bounds: &Aabb, picture: &Picture) -> Self {
         let Picture { raster, near, most_tangent, .. } = picture;
         let own = [columns[0], columns[1], columns[2], columns[3] - raster.eye_in_world];
         let axes = own.map(|column| raster.in_axes(column));
         let rows = std::array::from_fn(|row| axes.map(|column| column[row]));
-        // A coordinate errs by less than 12 units in the last place of this sum, where [`Picture::new`] expects 8.
-        let most = mesh.bounds().min.abs().max(mesh.bounds().max.abs()).as_dvec3();
+        // With `u = 2^-53`, a coordinate errs by less than `12 u` times this sum. So a quotient with the depth `z` errs by
+        // `12 u (1 + t) size / z`, where `t` is its tangent. Half of [`KNOWN`] is left for it, and half for the other errors
+        // in [`Picture::new`], which grow with the square of `t`.
+        const U: f64 = 0.5 * f64::EPSILON;
+        let most = bounds.min.abs().max(bounds.max.abs()).as_dvec3();
         let sum = |column: DVec3| column.abs().element_sum();
         let size = sum(own[0]) * most.x + sum(own[1]) * most.y + sum(own[2]) * most.z + sum(own[3]);
-        Self { rows, near: near.max(1.5 * size / most_tangent) }
+        let most_tangent = (most_tangent * std::f64::consts::FRAC_1_SQRT_2 - 1.0).min(MOST_TANGENT);
+        let errors = 12.0 * U * raster.pixels_a_unit().max_element() * (1.0 + most_tangent);
+        Self { rows, near: near.max(size * errors / (0.5 * KNOWN)), most_tangent }
     }
 }
 
@@ -70,11 +83,13 @@ pub(super) struct Part {
     pub(super) far: f32,
 }
 
-/// Pixels near the border of a batch: the tile, the border's number, and the pixels.
+/// Pixels near the border of a batch in a tile, and the triangle on the other side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Touch {
     pub(super) tile: u32,
-    pub(super) border: u32,
+    pub(super) instance: u32,
+    pub(super) batch: u32,
+    pub(super) triangle: u16,
     pub(super) pixels: u64,
 }
 
@@ -100,6 +115,8 @@ pub(super) struct Drawer {
     /// For each triangle, 0 if it is counterclockwise in the picture, 1 if clockwise, or [`NOT_DRAWN`].
     pub(super) sides: Vec<u8>,
     cuts: Vec<Cut>,
+    /// The inner edges of triangles that show different sides.
+    silhouette: Vec<u32>,
     pub(super) parts: Vec<Part>,
     /// The tiles of the surface.
     pub(super) tiles: Vec<u32>,
@@ -118,6 +135,7 @@ impl Drawer {
             nearness: Box::new([0.0; MOST_CORNERS]),
             sides: Vec::new(),
             cuts: Vec::new(),
+            silhouette: Vec::new(),
             parts: vec![Part::default(); image.columns * image.rows],
             tiles: Vec::new(),
             touches: Vec::new(),
@@ -184,6 +202,15 @@ impl Drawer {
                 *side = u8::from(!seen[0]);
             }
         }
+        self.silhouette.clear();
+        if seen.iter().filter(|&&seen| seen).count() > 1 {
+            for number in batch.inner.clone() {
+                let [a, b] = mesh.inner[number as usize].triangles;
+                if self.sides[usize::from(a)] != self.sides[usize::from(b)] {
+                    self.silhouette.push(number);
+                }
+            }
+        }
         [seen[0], seen[1]]
     }
 
@@ -208,7 +235,7 @@ impl Drawer {
         let nearness = self.nearness[..count].as_chunks_mut::<LANES>().0.iter_mut();
         let scale = picture.raster.pixels_a_unit() * STEPS;
         let origin = picture.raster.flat_in_pixels(0.0, 0.0) * STEPS;
-        let Placed { rows, near } = placed;
+        let Placed { rows, near, most_tangent } = placed;
         let mut is_whole = true;
         let eyes = right.zip(up).zip(forward);
         for ((((x, y), z), ((right, up), forward)), (at, nearness)) in
@@ -225,7 +252,7 @@ impl Drawer {
             for lane in 0..LANES {
                 let near_by = 1.0 / forward[lane];
                 let (u, v) = (right[lane] * near_by, up[lane] * near_by);
-                is_known[lane] = forward[lane] >= *near && u.abs() + v.abs() <= picture.most_tangent;
+                is_known[lane] = forward[lane] >= *near && u.abs() + v.abs() <= *most_tangent;
                 let (px, py) = (u * scale.x + origin.x, v * scale.y + origin.y);
                 at[lane] = [px, py].map(|v| (v + WHOLE).to_bits() as u32 as i32);
                 nearness[lane] = if is_known[lane] { (near_by * (1.0 - DEPTH_SLACK)) as f32 } else { 0.0 };
@@ -317,7 +344,7 @@ impl Drawer {
         Some(if is_in[0] { [self.at[a], cut] } else { [cut, self.at[b]] })
     }
 
-    /// Draws the triangles of the projected batch that show `side`. A border that `is_open` accepts has no neighbour.
+    /// Draws the triangles of the projected batch that show `side`. The mesh is number `own`, and its borders have `mates`.
     #[inline(always)]
     pub(super) fn draw<K: Kernel>(
         &mut self,
@@ -326,7 +353,7 @@ impl Drawer {
         placed: &Placed,
         picture: &Picture,
         side: u8,
-        is_open: impl Fn(usize) -> bool,
+        (own, mates): (u32, &[Option<Mate>]),
     ) {
         self.surface += 1;
         self.tiles.clear();
@@ -334,10 +361,10 @@ impl Drawer {
         self.draw_depths((mesh, batch), placed, picture, side);
         // Clockwise triangles pass their edges the other way round.
         let is_turned = side == 1;
-        for inner in &mesh.inner[batch.inner.start as usize..batch.inner.end as usize] {
+        for i in 0..self.silhouette.len() {
+            let inner = &mesh.inner[self.silhouette[i] as usize];
             let [a, b] = inner.triangles.map(|t| self.sides[usize::from(t)]);
-            if a != b
-                && (a == side || b == side)
+            if (a == side || b == side)
                 && let Some(ends) = self.ends(inner.ends, placed, picture)
             {
                 self.contour.add(ends, is_turned != (b == side));
@@ -351,21 +378,25 @@ impl Drawer {
                 self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
             }
         }
+        let mut mates = mates.iter().skip(batch.first_open as usize);
         for number in batch.borders.clone() {
             let border = &mesh.borders[number as usize];
+            let own = || (border.mate_batch != NONE).then_some((own, border.mate_batch, border.mate));
+            let other = |mate: &Mate| (mate.instance, mate.batch, mate.triangle);
+            let mate = own().or_else(|| mates.next()?.as_ref().map(other));
             if self.sides[usize::from(border.triangle)] != side {
                 continue;
             }
             let Some(ends) = self.ends(border.ends, placed, picture) else { continue };
             self.contour.add(ends, is_turned);
-            if is_open(number as usize) {
+            let Some((instance, batch, triangle)) = mate else {
                 self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
                 continue;
-            }
+            };
             let mut touches = std::mem::take(&mut self.touches);
             self.edge(kernel, ends, |part, tile, pixels| {
                 part.border |= pixels;
-                touches.push(Touch { tile, border: number, pixels });
+                touches.push(Touch { tile, instance, batch, triangle, pixels });
             });
             self.touches = touches;
         }
@@ -396,19 +427,17 @@ impl Drawer {
             let far = smaller(smaller(self.nearness[a], self.nearness[b]), self.nearness[c]);
             if far > 0.0 {
                 let corners = [self.at[a], self.at[b], self.at[c]];
-                let eyes = t.map(|corner| self.eye_at(corner));
-                self.depth(corners, far, eyes, &picture.raster);
+                self.depth(corners, far, t, &picture.raster);
                 continue;
             }
             while usize::from(self.cuts[cuts].triangle) != number {
                 cuts += 1;
             }
             let Cut { corners: [a, b, c, d], len, far, .. } = self.cuts[cuts];
-            let eyes = t.map(|corner| self.eye_at(corner));
             let far = far.min((1.0 / placed.near * (1.0 - DEPTH_SLACK)) as f32);
-            self.depth([a, b, c], far, eyes, &picture.raster);
+            self.depth([a, b, c], far, t, &picture.raster);
             if len == 4 {
-                self.depth([a, c, d], far, eyes, &picture.raster);
+                self.depth([a, c, d], far, t, &picture.raster);
             }
         }
     }
@@ -447,14 +476,21 @@ impl Drawer {
 
     /// Draws the depth of a triangle in all tiles that it touches, and perhaps others.
     #[inline(always)]
-    fn depth(&mut self, corners: [[i32; 2]; 3], far: f32, eyes: [DVec3; 3], raster: &Raster) {
+    fn depth(&mut self, corners: [[i32; 2]; 3], far: f32, t: &[u16; 3], raster: &Raster) {
         let Some([[x, y], [columns, rows]]) = self.reach(&corners) else { return };
         if columns[1] - columns[0] == 1 && rows[1] - rows[0] == 1 {
             self.part((rows[0] * self.columns + columns[0]) as usize, far);
             return;
         }
-        let is_large = x[1] - x[0] > SMALL_PX || y[1] - y[0] > SMALL_PX;
-        let plane = if is_large { plane_of(&eyes, raster, Pushed::Back) } else { None };
+        if x[1] - x[0] <= SMALL_PX && y[1] - y[0] <= SMALL_PX {
+            for row in rows[0]..rows[1] {
+                for column in columns[0]..columns[1] {
+                    self.part((row * self.columns + column) as usize, far);
+                }
+            }
+            return;
+        }
+        let plane = plane_of(&t.map(|corner| self.eye_at(corner)), raster, Pushed::Back);
         // For each edge: a value that is positive inside, at the first sample of the picture, and what a tile adds at most.
         let [a, b, c] = corners.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS)));
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -467,7 +503,7 @@ impl Drawer {
         for row in rows[0]..rows[1] {
             for column in columns[0]..columns[1] {
                 let (px, py) = (f64::from(column * SIDE as i32), f64::from(row * SIDE as i32));
-                if is_large && edges.iter().any(|(by_x, by_y, most)| by_x * px + by_y * py + most < 0.0) {
+                if edges.iter().any(|(by_x, by_y, most)| by_x * px + by_y * py + most < 0.0) {
                     continue;
                 }
                 let mut bound = far;

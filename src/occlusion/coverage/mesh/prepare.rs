@@ -39,6 +39,8 @@ pub(super) struct Batch {
     pub(super) triangles: Range<u32>,
     pub(super) inner: Range<u32>,
     pub(super) borders: Range<u32>,
+    /// Number of borders of the mesh in the batches before.
+    pub(super) first_open: u32,
     pub(super) bounds: Aabb,
 }
 
@@ -106,6 +108,20 @@ impl OccluderMesh {
             mesh.inner_box = faces.inner_box(&positions, &mesh.bounds);
         }
         Some(mesh)
+    }
+
+    /// The borders of the mesh: its batch, the triangle in it, and the ends, in the direction of the triangle.
+    pub(super) fn open(&self) -> impl Iterator<Item = (u32, u16, [Vec3; 2])> + '_ {
+        self.batches.iter().zip(0..).flat_map(move |(batch, number)| {
+            let borders = &self.borders[batch.borders.start as usize..batch.borders.end as usize];
+            let open = borders.iter().filter(|border| border.mate_batch == NONE);
+            open.map(move |border| (number, border.triangle, border.ends.map(|end| self.corner(batch, end))))
+        })
+    }
+
+    fn corner(&self, batch: &Batch, corner: u16) -> Vec3 {
+        let at = batch.corners.start as usize + usize::from(corner);
+        Vec3::new(self.corners[0][at], self.corners[1][at], self.corners[2][at])
     }
 
     pub(crate) fn bounds(&self) -> Aabb {
@@ -374,13 +390,14 @@ impl Faces {
             inner: Vec::with_capacity(2 * batch_of.len()),
             borders: Vec::new(),
             bounds: Aabb::EMPTY,
-            is_closed: true,
+            is_closed: false,
             faces_out: false,
             inner_box: None,
         };
         let mut local = vec![(NONE, 0_u16); positions.len()];
-        let mut volume = 0.0;
+        let (mut volume, mut open) = (0.0, 0);
         for batch in 0..batches {
+            let first_open = open;
             let own = &order[starts[batch] as usize..starts[batch + 1] as usize];
             let first = mesh.corners[0].len();
             let (inner, borders) = (mesh.inner.len() as u32, mesh.borders.len() as u32);
@@ -406,7 +423,7 @@ impl Faces {
                     let triangle = place[t as usize];
                     let mate = self.mates[side];
                     if mate == NONE {
-                        mesh.is_closed = false;
+                        open += 1;
                         mesh.borders.push(Border { ends, triangle, mate: 0, mate_batch: NONE });
                         continue;
                     }
@@ -428,10 +445,11 @@ impl Faces {
                 triangles: starts[batch]..starts[batch + 1],
                 inner: inner..mesh.inner.len() as u32,
                 borders: borders..mesh.borders.len() as u32,
+                first_open,
                 bounds,
             });
         }
-        mesh.faces_out = volume > 0.0;
+        (mesh.is_closed, mesh.faces_out) = (open == 0, volume > 0.0);
         mesh
     }
 }

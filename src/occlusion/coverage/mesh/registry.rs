@@ -1,11 +1,36 @@
-//! The meshes of all occluders, each at its place.
+//! The meshes of all occluders, each at its place. Meshes that have not moved are linked where their borders are equal
+//! bit for bit, as those of a terrain's parts.
 
-use std::sync::Arc;
+use std::{
+    collections::HashMap,
+    hash::{BuildHasherDefault, Hasher},
+    sync::Arc,
+};
 
 use glam::Vec3;
 
 use super::prepare::OccluderMesh;
 use crate::{math::Aabb, polygon::PolygonId};
+
+/// A hash of whole numbers, by multiplication (Knuth).
+#[derive(Clone, Copy, Debug, Default)]
+struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_u32(byte.into()));
+    }
+
+    fn write_u32(&mut self, word: u32) {
+        self.0 = (self.0 ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    }
+
+    fn write_usize(&mut self, _: usize) {}
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
 
 /// The images of a space's axes, and of its origin.
 pub(crate) type Columns = [Vec3; 4];
@@ -15,7 +40,22 @@ pub(crate) type Columns = [Vec3; 4];
 pub(super) struct Instance {
     pub(super) mesh: Arc<OccluderMesh>,
     pub(super) columns: Columns,
+    /// For each border of the mesh, the triangle of another mesh on the other side. Empty if there is none.
+    pub(super) mates: Vec<Option<Mate>>,
 }
+
+/// A triangle of another mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Mate {
+    pub(super) instance: u32,
+    pub(super) batch: u32,
+    pub(super) triangle: u16,
+    /// Number of the border in that mesh.
+    border: u32,
+}
+
+/// An edge from one point to another, by the bits of the coordinates.
+type EdgeBits = [[u32; 3]; 2];
 
 /// The meshes of all occluders, by number.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +64,10 @@ pub(crate) struct Meshes {
     pub(super) bounds: Vec<Aabb>,
     pub(super) instances: Vec<Option<Instance>>,
     free: Vec<u32>,
+    /// The borders of meshes that have not moved and have no mate.
+    borders: HashMap<EdgeBits, Mate, BuildHasherDefault<KeyHasher>>,
+    /// A box around all meshes that have not moved.
+    pub(super) around: Option<Aabb>,
 }
 
 impl Meshes {
@@ -35,8 +79,60 @@ impl Meshes {
             self.bounds.len() as u32 - 1
         });
         self.bounds[number as usize] = moved(&columns, &mesh.bounds());
-        self.instances[number as usize] = Some(Instance { mesh, columns });
+        self.instances[number as usize] = Some(Instance { mesh, columns, mates: Vec::new() });
+        if columns == UNMOVED {
+            self.link(number);
+        }
         number
+    }
+
+    /// Links the borders of a mesh to equal borders of other meshes.
+    fn link(&mut self, number: u32) {
+        let Some(Some(Instance { mesh, .. })) = self.instances.get(number as usize) else { return };
+        let mesh = mesh.clone();
+        self.around = Some(self.around.map_or(mesh.bounds(), |around| around.union(&mesh.bounds())));
+        for ((batch, triangle, [from, to]), border) in mesh.open().zip(0..) {
+            let [from, to] = [from, to].map(|p| p.to_array().map(f32::to_bits));
+            let own = Mate { instance: number, batch, triangle, border };
+            match self.borders.remove(&[to, from]) {
+                Some(mate) if mate.instance != number => {
+                    self.set_mate(own, Some(mate));
+                    self.set_mate(mate, Some(own));
+                }
+                _ => {
+                    self.borders.insert([from, to], own);
+                }
+            }
+        }
+    }
+
+    /// Sets the triangle on the other side of a border.
+    fn set_mate(&mut self, of: Mate, mate: Option<Mate>) {
+        if let Some(Some(instance)) = self.instances.get_mut(of.instance as usize) {
+            let place = of.border as usize;
+            if instance.mates.len() <= place {
+                instance.mates.resize(place + 1, None);
+            }
+            instance.mates[place] = mate;
+        }
+    }
+
+    /// Removes all links of a mesh. Its former mates are borders again, until another mesh comes.
+    fn unlink(&mut self, number: u32) {
+        let Some(Some(instance)) = self.instances.get_mut(number as usize) else { return };
+        if instance.columns != UNMOVED {
+            return;
+        }
+        let (mesh, mates) = (instance.mesh.clone(), std::mem::take(&mut instance.mates));
+        for ((_, _, [from, to]), border) in mesh.open().zip(0..) {
+            let [from, to] = [from, to].map(|p| p.to_array().map(f32::to_bits));
+            if let Some(Some(mate)) = mates.get(border) {
+                self.set_mate(*mate, None);
+                self.borders.insert([to, from], *mate);
+            } else if self.borders.get(&[from, to]).is_some_and(|own| own.instance == number) {
+                self.borders.remove(&[from, to]);
+            }
+        }
     }
 
     /// Whether no mesh can be added.
@@ -46,13 +142,18 @@ impl Meshes {
 
     /// Moves a mesh.
     pub(crate) fn place(&mut self, number: u32, columns: Columns) {
+        self.unlink(number);
         if let Some(Some(instance)) = self.instances.get_mut(number as usize) {
             instance.columns = columns;
             self.bounds[number as usize] = moved(&columns, &instance.mesh.bounds());
         }
+        if columns == UNMOVED {
+            self.link(number);
+        }
     }
 
     pub(crate) fn remove(&mut self, number: u32) {
+        self.unlink(number);
         if let Some(place) = self.instances.get_mut(number as usize)
             && place.take().is_some()
         {

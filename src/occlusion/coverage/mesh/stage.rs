@@ -6,9 +6,8 @@ use glam::DVec3;
 
 use super::{
     super::{boxes::TestBoxes, image::Image, picture::Picture, slope::SIDE, table::NONE},
-    draw::{Drawer, Placed},
-    prepare::OccluderMesh,
-    registry::{Columns, Instance, Meshes, moved},
+    draw::{Drawer, Placed, Touch},
+    registry::{Columns, Instance, Meshes, UNMOVED, moved},
 };
 use crate::{
     index::simd::{Backend, Kernel, WithKernel},
@@ -73,9 +72,10 @@ struct Record {
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     record: u32,
-    /// The batch of the other side, and the triangle in it.
-    mate_batch: u32,
-    mate: u16,
+    /// The mesh of the other side, its batch, and the triangle in it.
+    instance: u32,
+    batch: u32,
+    triangle: u16,
     side: u8,
     pixels: u64,
 }
@@ -101,7 +101,7 @@ pub(crate) struct MeshBuffer {
     drawer: Drawer,
     items: BinaryHeap<Item>,
     wave: Vec<(u32, u32)>,
-    /// For each mesh of the view, the number of its first batch; valid only for the meshes of this frame.
+    /// For each mesh, the number of its first batch in `drawn_of`; [`NONE`] if it is not drawn.
     first_batch: Vec<u32>,
     /// For each batch of these meshes, its entry in `drawn`.
     drawn_of: Vec<u32>,
@@ -165,7 +165,8 @@ impl MeshBuffer {
         self.records.clear();
         self.pending.clear();
         self.counts = MeshCounts::default();
-        self.first_batch.resize(meshes.instances.len(), 0);
+        self.first_batch.clear();
+        self.first_batch.resize(meshes.instances.len(), NONE);
         let raster = Raster::new(window, (self.image.columns * SIDE) as f64, (self.image.rows * SIDE) as f64);
         // A mesh is as far away as its size, if there is no near plane.
         let usual_m = meshes.bounds.iter().map(|bounds| f64::from(bounds.extent().max_element()));
@@ -279,7 +280,7 @@ impl MeshBuffer {
         while len < TOGETHER
             && let Some(Reverse((_, number, batch))) = self.items.pop()
         {
-            let Some(Instance { mesh, columns }) = &meshes.instances[number as usize] else { continue };
+            let Some(Instance { mesh, columns, .. }) = &meshes.instances[number as usize] else { continue };
             group[len] = (number, batch);
             boxes[len] = match mesh.batches.get(batch as usize) {
                 Some(batch) => moved(columns, &batch.bounds),
@@ -302,7 +303,7 @@ impl MeshBuffer {
         let eye = picture.raster.eye_in_world.as_vec3();
         for i in 0..len {
             let (number, batch) = group[i];
-            let Some(Instance { mesh, columns }) = &meshes.instances[number as usize] else { continue };
+            let Some(Instance { mesh, columns, .. }) = &meshes.instances[number as usize] else { continue };
             let is_mesh = batch == NONE;
             if hidden >> i & 1 == 1 || is_mesh && is_hidden(&boxes[i]) {
                 self.counts.hidden += usize::from(is_mesh);
@@ -341,13 +342,16 @@ impl MeshBuffer {
         let eye = picture.raster.eye_in_world.as_vec3();
         for i in 0..self.wave.len() {
             let (number, mut k) = self.wave[i];
-            let Some(Instance { mesh, columns }) = &meshes.instances[number as usize] else { continue };
+            let Some(Instance { mesh, columns, mates }) = &meshes.instances[number as usize] else {
+                continue;
+            };
             let mut mesh = &**mesh;
             if let Some(inner) = mesh.inner_box.as_ref().filter(|_| k == INNER_BOX) {
                 (mesh, k) = (&*inner.mesh, 0);
             }
             let batch = &mesh.batches[k as usize];
-            let placed = Placed::new(&columns.map(|column| column.as_dvec3()), mesh, picture);
+            let around = meshes.around.filter(|_| *columns == UNMOVED).unwrap_or(mesh.bounds());
+            let placed = Placed::new(&columns.map(|column| column.as_dvec3()), &around, picture);
             let mut seen = self.drawer.project(mesh, batch, &placed, picture);
             self.counts.work += BATCH + batch.corners.len() as u64 * CORNER;
             if mesh.is_closed && meshes.bounds[number as usize].distance_squared(eye) > 0.0 {
@@ -361,11 +365,9 @@ impl MeshBuffer {
                 if !seen[usize::from(side)] {
                     continue;
                 }
-                let borders = &mesh.borders;
-                let is_open = |border: usize| borders[border].mate_batch == NONE;
-                self.drawer.draw(kernel, (mesh, batch), &placed, picture, side, is_open);
+                self.drawer.draw(kernel, (mesh, batch), &placed, picture, side, (number, mates));
                 drawn.surfaces[usize::from(side)] = self.drawer.surface();
-                self.flush(kernel, mesh, side, self.first_batch[number as usize]);
+                self.flush(kernel, side);
                 self.counts.work += batch.triangles.len() as u64 * TRIANGLE;
                 self.counts.triangles += batch.triangles.len();
             }
@@ -377,7 +379,7 @@ impl MeshBuffer {
 
     /// Adds the drawn surface to the image, except near borders to other batches.
     #[inline(always)]
-    fn flush<K: Kernel>(&mut self, kernel: K, mesh: &OccluderMesh, side: u8, first_batch: u32) {
+    fn flush<K: Kernel>(&mut self, kernel: K, side: u8) {
         let Self { drawer, image, records, last, pending, .. } = self;
         for &tile in &drawer.tiles {
             let part = &mut drawer.parts[tile as usize];
@@ -400,31 +402,26 @@ impl MeshBuffer {
                 });
             }
         }
-        pending.extend(drawer.touches.iter().map(|touch| {
-            let border = &mesh.borders[touch.border as usize];
-            Pending {
-                record: drawer.parts[touch.tile as usize].record,
-                mate_batch: first_batch + border.mate_batch,
-                mate: border.mate,
-                side,
-                pixels: touch.pixels,
-            }
+        pending.extend(drawer.touches.iter().map(|&Touch { tile, instance, batch, triangle, pixels }| {
+            Pending { record: drawer.parts[tile as usize].record, instance, batch, triangle, side, pixels }
         }));
     }
 
     /// Joins neighbouring batches, and adds the pixels at their common borders to the image.
     #[inline(always)]
     fn join<K: Kernel>(&mut self, kernel: K) {
-        let Self { records, pending, drawn_of, drawn, sides, sums, image, last, .. } = self;
+        let Self { records, pending, first_batch, drawn_of, drawn, sides, sums, image, last, .. } = self;
         records.iter_mut().for_each(|record| record.pending = 0);
         pending.retain(|at| {
             let record = &mut records[at.record as usize];
-            let Some(mate) = drawn.get(drawn_of[at.mate_batch as usize] as usize) else {
+            let first = first_batch[at.instance as usize];
+            let batch = if first == NONE { NONE } else { drawn_of[(first + at.batch) as usize] };
+            let Some(mate) = drawn.get(batch as usize) else {
                 record.pending |= at.pixels;
                 return true;
             };
             let surface = mate.surfaces[usize::from(at.side)];
-            let is_alike = sides[mate.sides as usize + usize::from(at.mate)] == at.side;
+            let is_alike = sides[mate.sides as usize + usize::from(at.triangle)] == at.side;
             let mut other = last[record.tile as usize];
             while is_alike && surface != NONE && other != NONE && records[other as usize].surface != surface {
                 other = records[other as usize].previous;
