@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, ops::Range};
 
-use glam::Vec3;
+use glam::{Vec3, swizzles::Vec3Swizzles};
 
 use super::super::table::{NONE, Table, hash_of};
 use crate::math::Aabb;
@@ -311,59 +311,65 @@ impl Faces {
     fn inner_box(&self, positions: &[Vec3], bounds: &Aabb) -> Option<InnerBox> {
         let center = bounds.center();
         let corners = |t: &[u32; 3]| t.map(|corner| positions[corner as usize]);
+        let parts: Vec<_> = self.triangles.iter().map(|t| Aabb::from_points(&corners(t))).collect();
         let (to_min, to_max) = (center - bounds.min, bounds.max - center);
-        // The largest box of the shape of `bounds` that the boxes of the triangles do not enter.
+        // The largest box of the shape of `bounds` that the boxes of the triangles do not enter, and a little less.
         let mut share = 1.0_f32;
-        for t in &self.triangles {
-            let part = Aabb::from_points(&corners(t));
+        for part in &parts {
             let apart = ((part.min - center) / to_max).max((center - part.max) / to_min);
             share = share.min(apart.max_element());
         }
         let share = share * 0.999;
         let mut inner = Aabb::new(center - to_min * share, center + to_max * share);
-        let enters = |t: &[u32; 3]| {
-            let part = Aabb::from_points(&corners(t));
-            part.min.cmplt(inner.max).all() && part.max.cmpgt(inner.min).all()
-        };
-        if !(share > 0.1) || self.triangles.iter().any(enters) {
+        let enters = |part: &Aabb| part.min.cmplt(inner.max).all() && part.max.cmpgt(inner.min).all();
+        if !(share > 0.1) || parts.iter().any(enters) || !self.surrounds(positions, &parts, &inner) {
             return None;
         }
         // Each side moves outwards to the next triangle.
-        for side in 0..6 {
-            let (axis, is_max) = (side / 2, side % 2 == 1);
-            let mut end = if is_max { bounds.max[axis] } else { bounds.min[axis] };
-            for t in &self.triangles {
-                let part = Aabb::from_points(&corners(t));
-                let (low, high) = (part.min.cmplt(inner.max), part.max.cmpgt(inner.min));
-                let is_beside = (0..3).all(|other| other == axis || low.test(other) && high.test(other));
-                if is_beside && is_max && part.min[axis] >= inner.max[axis] {
-                    end = end.min(part.min[axis]);
-                } else if is_beside && !is_max && part.max[axis] <= inner.min[axis] {
-                    end = end.max(part.max[axis]);
+        for (axis, is_max) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, false), (axis, true)]) {
+            let (mut low, mut high) = (bounds.min[axis], bounds.max[axis]);
+            for part in &parts {
+                let (before, behind) = (part.min.cmplt(inner.max), part.max.cmpgt(inner.min));
+                if (0..3).all(|other| other == axis || before.test(other) && behind.test(other)) {
+                    if before.test(axis) {
+                        low = low.max(part.max[axis]);
+                    } else {
+                        high = high.min(part.min[axis]);
+                    }
                 }
             }
             if is_max {
-                inner.max[axis] = end;
+                inner.max[axis] = high;
             } else {
-                inner.min[axis] = end;
+                inner.min[axis] = low;
             }
-        }
-        // The winding number of the middle, from the triangles' solid angles (Van Oosterom and Strackee, 1983).
-        let angles: f64 = self
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = corners(t).map(|p| (p.as_dvec3() - center.as_dvec3()).normalize());
-                2.0 * f64::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a))
-            })
-            .sum();
-        if angles.abs() < 2.0 * std::f64::consts::PI {
-            return None;
         }
         let gaps = (inner.min - bounds.min).max(bounds.max - inner.max);
         let triangles: Vec<_> = BOX_SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let mesh = OccluderMesh::new(&inner.corners(), &triangles)?;
         Some(InnerBox { mesh: Box::new(mesh), gap: gaps.max_element() })
+    }
+
+    /// Whether a point of a box that no triangle enters has a winding number. It counts the triangles on a ray along x. If
+    /// the ray comes near an edge, the answer is no.
+    fn surrounds(&self, positions: &[Vec3], parts: &[Aabb], inner: &Aabb) -> bool {
+        let from = (inner.center() + inner.extent() * Vec3::new(0.0, 0.137, -0.071)).as_dvec3();
+        let mut winding = 0;
+        for (t, part) in self.triangles.iter().zip(parts) {
+            let (min, max) = (part.min.as_dvec3(), part.max.as_dvec3());
+            if max.x < from.x || min.y > from.y || max.y < from.y || min.z > from.z || max.z < from.z {
+                continue;
+            }
+            let [a, b, c] = t.map(|corner| (positions[corner as usize].as_dvec3() - from).yz());
+            let sides = [a.perp_dot(b), b.perp_dot(c), c.perp_dot(a)];
+            let least = 1.0e-9 * (max - min).length_squared();
+            if sides.iter().any(|side| side.abs() <= least) {
+                return false;
+            }
+            winding += i32::from(sides.iter().all(|&side| side > 0.0));
+            winding -= i32::from(sides.iter().all(|&side| side < 0.0));
+        }
+        winding != 0
     }
 
     fn mesh(&self, positions: &[Vec3], batch_of: &[u32]) -> OccluderMesh {

@@ -19,16 +19,19 @@ use crate::{
 /// Number of boxes that are tested at once.
 const TOGETHER: usize = 16;
 
-/// Number of triangles drawn between two rounds of tests: at first, and the growth.
-const FIRST_WAVE: usize = 1024;
-const WAVE_GROWTH: usize = 2;
+/// Number of triangles before the first round of tests; half as many more before each further round. With fewer, more
+/// time goes into joining batches; with more, more hidden batches are drawn.
+const FIRST_WAVE: usize = 2048;
 
 /// Work of the steps, in units of about a nanosecond.
 const CONSIDER: u64 = 6;
 const TEST: u64 = 40;
 const BATCH: u64 = 400;
 const CORNER: u64 = 4;
-const TRIANGLE: u64 = 22;
+const TRIANGLE: u64 = 12;
+
+/// Work expected for each triangle of a batch, with its edges and tiles.
+const EXPECTED: u64 = 40;
 
 /// A mesh or batch with a box of fewer pixels than this hides too little to be drawn.
 const LEAST_PX: f32 = 150.0;
@@ -172,17 +175,7 @@ impl MeshBuffer {
         let usual_m = meshes.bounds.iter().map(|bounds| f64::from(bounds.extent().max_element()));
         let picture = Picture::new(window, &raster, usual_m.fold(1.0e-3, f64::max));
         self.picture = Some(picture);
-        let t = std::time::Instant::now();
         self.backend.run(Build { buffer: self, meshes, picture: &picture, frustum, budget, is_hidden });
-        if std::env::var_os("OCC").is_some() {
-            eprintln!(
-                "{:?} us, records {} pending {} {:?}",
-                t.elapsed().as_micros(),
-                self.records.len(),
-                self.pending.len(),
-                self.counts
-            );
-        }
     }
 
     /// Tests at most sixteen boxes.
@@ -221,7 +214,7 @@ impl WithKernel for Build<'_> {
         loop {
             let mut triangles = 0;
             buffer.wave.clear();
-            while triangles < wave_size && buffer.counts.work < budget {
+            while triangles < wave_size && buffer.counts.work + triangles as u64 * EXPECTED < budget {
                 let next = buffer.next(kernel, meshes, picture, frustum, is_hidden);
                 match next {
                     Some(more) => triangles += more,
@@ -232,7 +225,7 @@ impl WithKernel for Build<'_> {
                 break;
             }
             buffer.draw_wave(kernel, meshes, picture);
-            wave_size *= WAVE_GROWTH;
+            wave_size += wave_size / 2;
         }
         buffer.counts.over_budget =
             buffer.items.iter().filter(|Reverse((_, _, batch))| *batch == NONE).count();
@@ -361,16 +354,19 @@ impl MeshBuffer {
             }
             let mut drawn = Drawn { sides: self.sides.len() as u32, surfaces: [NONE; 2] };
             self.sides.extend_from_slice(&self.drawer.sides);
-            for side in [0, 1] {
-                if !seen[usize::from(side)] {
-                    continue;
-                }
-                self.drawer.draw(kernel, (mesh, batch), &placed, picture, side, (number, mates));
-                drawn.surfaces[usize::from(side)] = self.drawer.surface();
-                self.flush(kernel, side);
+            // The side of more triangles comes first, because it often hides the other one.
+            let turned = self.drawer.sides.iter().filter(|&&side| side == 1).count();
+            let first = u8::from(2 * turned > self.drawer.sides.len());
+            for side in [first, 1 - first].into_iter().filter(|&side| seen[usize::from(side)]) {
+                let of = (number, &mates[..]);
                 self.counts.work += batch.triangles.len() as u64 * TRIANGLE;
-                self.counts.triangles += batch.triangles.len();
+                if self.drawer.draw(kernel, (mesh, batch), &placed, picture, side, of, &self.image) {
+                    drawn.surfaces[usize::from(side)] = self.drawer.surface();
+                    self.flush(kernel, side);
+                    self.counts.work += self.drawer.work();
+                }
             }
+            self.counts.triangles += batch.triangles.len();
             self.drawn_of[(self.first_batch[number as usize] + k) as usize] = self.drawn.len() as u32;
             self.drawn.push(drawn);
         }
