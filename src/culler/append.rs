@@ -58,7 +58,9 @@ impl<K: Key> Culler<K> {
                 self.set(key, [bounds.min, bounds.max]);
             }
         }
-        for (&slot, &Placement { bounds, columns }) in &other.placements {
+        let mut placements: Vec<_> = other.placements.iter().collect();
+        placements.sort_unstable_by_key(|&(slot, _)| *slot);
+        for (&slot, &Placement { bounds, columns }) in placements {
             let Some(key) = other.keys.key_in(slot) else { continue };
             if bounds.is_empty() {
                 self.remove(key);

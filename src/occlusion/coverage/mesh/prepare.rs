@@ -322,7 +322,7 @@ impl Faces {
         let share = share * 0.999;
         let mut inner = Aabb::new(center - to_min * share, center + to_max * share);
         let enters = |part: &Aabb| part.min.cmplt(inner.max).all() && part.max.cmpgt(inner.min).all();
-        if !(share > 0.1) || parts.iter().any(enters) || !self.surrounds(positions, &parts, &inner) {
+        if share <= 0.1 || parts.iter().any(enters) || !self.surrounds(positions, &parts, &inner) {
             return None;
         }
         // Each side moves outwards to the next triangle.

@@ -360,7 +360,7 @@ impl MeshBuffer {
             for side in [first, 1 - first].into_iter().filter(|&side| seen[usize::from(side)]) {
                 let of = (number, &mates[..]);
                 self.counts.work += batch.triangles.len() as u64 * TRIANGLE;
-                if self.drawer.draw(kernel, (mesh, batch), &placed, picture, side, of, &self.image) {
+                if self.drawer.draw(kernel, (mesh, batch), (&placed, picture), side, of, &self.image) {
                     drawn.surfaces[usize::from(side)] = self.drawer.surface();
                     self.flush(kernel, side);
                     self.counts.work += self.drawer.work();
