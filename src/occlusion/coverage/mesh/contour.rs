@@ -81,7 +81,7 @@ impl Contour {
             for changed in &mut self.changed[rows] {
                 any.iter_mut().zip(std::mem::take(changed)).for_each(|(any, changed)| *any |= changed);
             }
-            for column in self.columns[0].. {
+            for column in self.columns[0].min(columns)..=columns {
                 let is_changed =
                     column < self.columns[1] && any[column as usize / 64] >> (column % 64) & 1 == 1;
                 if is_changed {
