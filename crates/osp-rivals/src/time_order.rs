@@ -10,8 +10,10 @@ use osp::{
 /// Number of levels of boxes: around 1, 16, 256 and 4,096 consecutive ids.
 const LEVELS: usize = 4;
 
+const NONE: usize = usize::MAX;
+
 /// A hierarchy of boxes over the order of the ids. Nothing is sorted. Queries are fast if polygons that are drawn one
-/// after the other lie close together. A change writes the polygon's box; a commit computes the boxes above, once each.
+/// after the other lie close together. An insertion widens the boxes above; after other changes, a commit computes them.
 #[derive(Clone, Debug)]
 pub struct TimeOrder {
     backend: Backend,
@@ -19,8 +21,12 @@ pub struct TimeOrder {
     levels: [Vec<Boxes<16>>; LEVELS],
     /// For each block of sixteen ids, the mask of its present ids.
     inserted: Vec<u16>,
-    /// For each sixteen blocks, the mask of the blocks that have changed since the last commit.
+    /// For each sixteen blocks, the mask of the blocks with boxes moved or removed since the last commit.
     changed: Vec<u16>,
+    has_changed: bool,
+    /// The block of the last insertion since the last commit, or [`NONE`]. The boxes around 256 and 4,096 ids are not
+    /// widened for it yet.
+    open: usize,
     len: usize,
     upkeep: Upkeep,
 }
@@ -33,6 +39,8 @@ impl TimeOrder {
             levels: std::array::from_fn(|level| Vec::with_capacity(blocks.div_ceil(BLOCK.pow(level as u32)))),
             inserted: Vec::with_capacity(blocks),
             changed: Vec::with_capacity(blocks.div_ceil(BLOCK)),
+            has_changed: false,
+            open: NONE,
             len: 0,
             upkeep: Upkeep::default(),
         }
@@ -51,34 +59,43 @@ impl TimeOrder {
         }
     }
 
-    #[cold]
-    fn make_room(&mut self, block: usize) {
+    /// Closes the open block and opens this one.
+    #[inline(never)]
+    fn open(&mut self, block: usize) {
+        self.close();
+        self.open = block;
+        if block < self.inserted.len() {
+            return;
+        }
         self.inserted.resize(block + 1, 0);
         let mut groups = block + 1;
         for level in &mut self.levels {
-            level.resize(groups.max(level.len()), Boxes::EMPTY);
+            if groups <= level.len() {
+                return;
+            }
+            level.resize(groups, Boxes::EMPTY);
             groups = groups.div_ceil(BLOCK);
         }
         self.changed.resize(self.levels[1].len(), 0);
     }
 
-    /// Sets the box of a polygon, and widens the boxes above. The commit computes them again.
-    #[inline]
-    fn set(&mut self, id: PolygonId, bounds: &Aabb) {
-        self.mark(id);
-        let mut group = id.index() / BLOCK;
-        self.levels[0][group].set(id.index() % BLOCK, bounds);
-        for level in &mut self.levels[1..] {
-            if !level[group / BLOCK].widen(group % BLOCK, bounds) {
-                return;
+    /// Widens the boxes that contain the open block.
+    fn close(&mut self) {
+        let mut group = self.open / BLOCK;
+        if self.open != NONE {
+            let bounds = self.levels[1][group].get(self.open % BLOCK);
+            for level in &mut self.levels[2..] {
+                level[group / BLOCK].grow(group % BLOCK, &bounds);
+                group /= BLOCK;
             }
-            group /= BLOCK;
+            self.open = NONE;
         }
     }
 
     #[inline]
     fn mark(&mut self, id: PolygonId) {
         self.changed[id.index() / (BLOCK * BLOCK)] |= 1 << (id.index() / BLOCK % BLOCK);
+        self.has_changed = true;
     }
 
     /// Sets the box around a group in the level above.
@@ -223,15 +240,16 @@ impl SpatialIndex for TimeOrder {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
-        let (block, bit) = (id.index() / BLOCK, 1 << (id.0 % 16));
-        if block >= self.inserted.len() {
-            self.make_room(block);
+        let (block, lane) = (id.index() / BLOCK, id.index() % BLOCK);
+        if block != self.open {
+            self.open(block);
         }
-        if self.inserted[block] & bit != 0 {
+        if self.inserted[block] >> lane & 1 == 1 {
             return Err(IndexError::Duplicate(id));
         }
-        self.inserted[block] |= bit;
-        self.set(id, bounds);
+        self.inserted[block] |= 1 << lane;
+        self.levels[0][block].set(lane, bounds);
+        self.levels[1][block / BLOCK].grow(block % BLOCK, bounds);
         self.upkeep.inserted += 1;
         self.len += 1;
         Ok(())
@@ -254,12 +272,17 @@ impl SpatialIndex for TimeOrder {
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
-        self.set(id, bounds);
+        self.levels[0][id.index() / BLOCK].set(id.index() % BLOCK, bounds);
+        self.mark(id);
         self.upkeep.adjusted += 1;
         Ok(())
     }
 
     fn commit(&mut self) {
+        self.close();
+        if !std::mem::take(&mut self.has_changed) {
+            return;
+        }
         for group in 0..self.changed.len() {
             let mut changed = std::mem::take(&mut self.changed[group]);
             if changed == 0 {
@@ -312,6 +335,7 @@ impl SpatialIndex for TimeOrder {
         self.levels.iter_mut().for_each(Vec::clear);
         self.inserted.clear();
         self.changed.clear();
+        (self.has_changed, self.open) = (false, NONE);
         self.len = 0;
     }
 }

@@ -42,7 +42,7 @@ impl<const N: usize> Boxes<N> {
     /// Widens the box of a lane so that it contains `bounds`. Returns false if the box contained `bounds`
     /// before.
     #[inline]
-    pub fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
+    pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
         if old.contains(bounds) {
             return false;
@@ -53,7 +53,7 @@ impl<const N: usize> Boxes<N> {
 
     /// Widens the box of a lane so that it contains `bounds`, without a branch.
     #[inline(always)]
-    pub(crate) fn grow(&mut self, lane: usize, bounds: &Aabb) {
+    pub fn grow(&mut self, lane: usize, bounds: &Aabb) {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
         for axis in 0..3 {
             let (low, high) = (self.rows[axis][lane], self.rows[axis + 3][lane]);
