@@ -206,6 +206,12 @@ impl<S: RunSink> Cull<'_, S> {
             if planes != 0 {
                 return Some((number, planes));
             }
+            if level == 1 {
+                let inserted = u32::from(self.index.inserted[number]);
+                self.work.taken_whole += u64::from(inserted.count_ones());
+                self.out.push_run(kernel, (number * BLOCK) as u32, inserted);
+                continue;
+            }
             let blocks = BLOCK.pow(level as u32 - 1);
             let end = ((number + 1) * blocks).min(self.index.inserted.len());
             let masks = &self.index.inserted[number * blocks..end];
