@@ -19,8 +19,8 @@ pub struct TimeOrder {
     backend: Backend,
     /// Boxes around `16^level` ids, sixteen to an entry.
     levels: [Vec<Boxes<16>>; LEVELS],
-    /// For each block of sixteen ids, the mask of its present ids.
-    inserted: Vec<u16>,
+    /// For each block of sixteen ids, the mask of its present ids; sixteen blocks to an entry.
+    inserted: Vec<[u16; BLOCK]>,
     /// For each sixteen blocks, the mask of the blocks with boxes moved or removed since the last commit.
     changed: Vec<u16>,
     has_changed: bool,
@@ -33,12 +33,14 @@ pub struct TimeOrder {
 
 impl TimeOrder {
     pub fn new(config: &IndexConfig) -> Self {
-        let blocks = config.room().div_ceil(BLOCK);
+        let groups = config.room().div_ceil(BLOCK * BLOCK);
         Self {
             backend: Backend::detect(),
-            levels: std::array::from_fn(|level| Vec::with_capacity(blocks.div_ceil(BLOCK.pow(level as u32)))),
-            inserted: Vec::with_capacity(blocks),
-            changed: Vec::with_capacity(blocks.div_ceil(BLOCK)),
+            levels: std::array::from_fn(|level| {
+                Vec::with_capacity((BLOCK * groups).div_ceil(BLOCK.pow(level as u32)))
+            }),
+            inserted: Vec::with_capacity(groups),
+            changed: Vec::with_capacity(groups),
             has_changed: false,
             open: NONE,
             len: 0,
@@ -47,14 +49,17 @@ impl TimeOrder {
     }
 
     fn holds(&self, id: PolygonId) -> bool {
-        self.inserted.get(id.index() / BLOCK).is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
+        self.inserted
+            .as_flattened()
+            .get(id.index() / BLOCK)
+            .is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
     }
 
     /// The lanes of a group that may contain polygons.
     #[inline(always)]
     fn used(&self, level: usize, group: usize) -> u32 {
         match level.checked_sub(1) {
-            None => u32::from(self.inserted[group]),
+            None => u32::from(self.inserted.as_flattened()[group]),
             Some(below) => (1u32 << (self.levels[below].len() - group * BLOCK).min(BLOCK)) - 1,
         }
     }
@@ -64,18 +69,15 @@ impl TimeOrder {
     fn open(&mut self, block: usize) {
         self.close();
         self.open = block;
-        if block < self.inserted.len() {
+        if block < self.levels[0].len() {
             return;
         }
-        self.inserted.resize(block + 1, 0);
-        let mut groups = block + 1;
+        let mut groups = (block + 1).next_multiple_of(BLOCK);
         for level in &mut self.levels {
-            if groups <= level.len() {
-                return;
-            }
-            level.resize(groups, Boxes::EMPTY);
+            level.resize(groups.max(level.len()), Boxes::EMPTY);
             groups = groups.div_ceil(BLOCK);
         }
+        self.inserted.resize(self.levels[1].len(), [0; BLOCK]);
         self.changed.resize(self.levels[1].len(), 0);
     }
 
@@ -165,10 +167,7 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
             while let Some((shelf, mask)) = self.next(kernel, 3, top, &mut shelves, (&sides, PlaneSet::ALL)) {
                 let (mut groups, sides) = self.test(kernel, 2, shelf, mask);
                 while let Some((group, mask)) = self.next(kernel, 2, shelf, &mut groups, (&sides, mask)) {
-                    let (mut blocks, sides) = self.test(kernel, 1, group, mask);
-                    while let Some((block, mask)) = self.next(kernel, 1, group, &mut blocks, (&sides, mask)) {
-                        self.block(kernel, block, mask);
-                    }
+                    self.group(kernel, group, mask);
                 }
             }
         }
@@ -206,26 +205,36 @@ impl<S: RunSink> Cull<'_, S> {
             if planes != 0 {
                 return Some((number, planes));
             }
-            if level == 1 {
-                let inserted = u32::from(self.index.inserted[number]);
-                self.work.taken_whole += u64::from(inserted.count_ones());
-                self.out.push_run(kernel, (number * BLOCK) as u32, inserted);
-                continue;
-            }
-            let blocks = BLOCK.pow(level as u32 - 1);
-            let end = ((number + 1) * blocks).min(self.index.inserted.len());
-            let masks = &self.index.inserted[number * blocks..end];
-            self.work.taken_whole += self.out.push_masks(kernel, number * blocks, masks) as u64;
+            let groups = BLOCK.pow(level as u32 - 2);
+            let end = ((number + 1) * groups).min(self.index.inserted.len());
+            let masks = self.index.inserted[number * groups..end].as_flattened();
+            let first = number * groups * BLOCK;
+            self.work.taken_whole += self.out.push_masks(kernel, first, masks) as u64;
         }
         None
     }
 
+    /// Takes whole the blocks of a group inside all planes, and tests the polygons of those that a plane cuts. All are
+    /// tested against the same planes, so that a processor can predict the loop.
     #[inline(always)]
-    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u8) {
-        let inserted = u32::from(self.index.inserted[block]);
-        let seen = inserted & !self.planes.behind(kernel, mask, &self.index.levels[0][block]);
-        self.count(inserted.count_ones(), mask);
-        self.out.push_run(kernel, (block * BLOCK) as u32, seen);
+    fn group<K: Kernel>(&mut self, kernel: K, group: usize, mask: u8) {
+        let (seen, sides) = self.test(kernel, 1, group, mask);
+        let (inserted, whole, mut cut) = (&self.index.inserted[group], seen & !sides.cut, seen & sides.cut);
+        let mut masks = *inserted;
+        for (lane, mask) in masks.iter_mut().enumerate() {
+            *mask &= 0u16.wrapping_sub((whole >> lane & 1) as u16);
+        }
+        let planes = sides.cutting(mask, cut);
+        self.count(BLOCK as u32 * cut.count_ones(), planes);
+        let mut tested = 0;
+        while cut != 0 {
+            let lane = cut.trailing_zeros() as usize % BLOCK;
+            cut &= cut - 1;
+            let behind = self.planes.behind(kernel, planes, &self.index.levels[0][group * BLOCK + lane]);
+            masks[lane] = inserted[lane] & !behind as u16;
+            tested += u64::from(masks[lane].count_ones());
+        }
+        self.work.taken_whole += self.out.push_masks(kernel, group * BLOCK, &masks) as u64 - tested;
     }
 
     #[inline(always)]
@@ -250,10 +259,11 @@ impl SpatialIndex for TimeOrder {
         if block != self.open {
             self.open(block);
         }
-        if self.inserted[block] >> lane & 1 == 1 {
+        let inserted = &mut self.inserted[block / BLOCK][block % BLOCK];
+        if *inserted >> lane & 1 == 1 {
             return Err(IndexError::Duplicate(id));
         }
-        self.inserted[block] |= 1 << lane;
+        *inserted |= 1 << lane;
         self.levels[0][block].set(lane, bounds);
         self.levels[1][block / BLOCK].grow(block % BLOCK, bounds);
         self.upkeep.inserted += 1;
@@ -265,7 +275,7 @@ impl SpatialIndex for TimeOrder {
         if !self.holds(id) {
             return Err(IndexError::Unknown(id));
         }
-        self.inserted[id.index() / BLOCK] &= !(1 << (id.0 % 16));
+        self.inserted.as_flattened_mut()[id.index() / BLOCK] &= !(1 << (id.0 % 16));
         self.mark(id);
         self.len -= 1;
         Ok(())
@@ -311,7 +321,7 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        let out = MaskWriter::new(visible.masks_for(self.inserted.len() * BLOCK));
+        let out = MaskWriter::new(visible.masks_for(self.levels[0].len() * BLOCK));
         let planes = PlaneSet::new(frustum);
         let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
         let (blocks, polygons) = out.finish();
@@ -333,7 +343,7 @@ impl SpatialIndex for TimeOrder {
 
     fn bytes(&self) -> usize {
         let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
-        let masks = self.inserted.capacity() + self.changed.capacity();
+        let masks = BLOCK * self.inserted.capacity() + self.changed.capacity();
         boxes * size_of::<Boxes<16>>() + masks * size_of::<u16>()
     }
 

@@ -170,7 +170,7 @@ pub struct Sides {
     /// Boxes that lie wholly behind a plane.
     pub behind: u32,
     /// Boxes that do not lie wholly on the inner side of every plane.
-    pub(crate) cut: u32,
+    pub cut: u32,
     /// For each requested plane, the boxes that do not lie wholly on its inner side. Entries 6 and 7 are 0; they fill a SIMD
     /// register.
     cut_by: [u32; 8],
@@ -182,7 +182,7 @@ impl Sides {
 
     /// The planes of `mask` that cut one of these boxes.
     #[inline(always)]
-    pub(crate) fn cutting(&self, mask: u8, boxes: u32) -> u8 {
+    pub fn cutting(&self, mask: u8, boxes: u32) -> u8 {
         let mut planes = 0;
         for (plane, cut) in self.cut_by.iter().enumerate() {
             planes |= u8::from(cut & boxes != 0) << plane;
