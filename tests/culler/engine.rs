@@ -250,6 +250,8 @@ fn what_moves_in_a_frame_is_inserted_as_if_told_of_one_by_one() {
             assert_eq!(together.index().validate(), Ok(()), "frame {frame}");
             assert_eq!(together.draw_list(), of_each.draw_list(), "frame {frame}");
             assert_eq!(together.polygon_count(), of_each.polygon_count(), "frame {frame}");
+            let is_there = |id: &u32| world.bounds(PolygonId(*id)).is_valid();
+            assert_eq!(together.polygon_count(), (0..4000).filter(is_there).count(), "frame {frame}");
             assert_eq!(together.refused(), of_each.refused(), "frame {frame}");
             assert!(!together.draw_list().is_empty(), "frame {frame}");
             most_refused = most_refused.max(together.refused());

@@ -138,21 +138,29 @@ fn every_view_of_a_frame_is_culled_as_if_it_were_alone() {
         moment.note(head);
         camera.view(&moment)
     });
-    let views: Vec<_> = views.collect();
-    let always = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
-    let mut together = pipeline(Some(always));
-    let record = together.frame_of_views(&model, &changes, &views);
-    let mut occluded = 0;
-    for (i, view) in views.iter().enumerate() {
-        let mut alone = pipeline(Some(always));
-        occluded += alone.frame(&model, &changes, view).occlusion.occluded;
-        assert_eq!(alone.draw_list(), &together.draw_lists()[i], "view {i}");
-        assert_eq!(alone.in_view(), &together.in_view_lists()[i], "view {i}");
+    let mut views: Vec<_> = views.collect();
+    let mut wide = views[0];
+    (wide.projection.left, wide.projection.right) = (-1.0e7, 1.0e7);
+    views.push(wide);
+    for choice in [Occlusion::Msvbsp, Occlusion::PreviousFrame] {
+        let always = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(choice) };
+        let mut together = pipeline(Some(always));
+        let record = together.frame_of_views(&model, &changes, &views);
+        let mut occluded = 0;
+        for (i, view) in views.iter().enumerate() {
+            let mut alone = pipeline(Some(always));
+            occluded += alone.frame(&model, &changes, view).occlusion.occluded;
+            assert_eq!(alone.draw_list(), &together.draw_lists()[i], "view {i}");
+            assert_eq!(alone.in_view(), &together.in_view_lists()[i], "view {i}");
+        }
+        assert!(occluded > 100 && occluded == record.occlusion.occluded, "{occluded}: {record:?}");
+        // Through a window that is no pointed cone, all polygons in view are drawn.
+        assert!(wide.window().is_none() && together.draw_lists()[4].len() > 1000);
+        assert_eq!(together.draw_lists()[4], together.in_view_lists()[4]);
+        // A frame without a view draws nothing and misses nothing.
+        assert_eq!(together.frame_of_views(&model, &[], &[]).visible, 0);
+        assert!(together.draw_list().is_empty());
     }
-    assert!(occluded > 100 && occluded == record.occlusion.occluded, "{occluded}: {record:?}");
-    // A frame without a view draws nothing and misses nothing.
-    assert_eq!(together.frame_of_views(&model, &[], &[]).visible, 0);
-    assert!(together.draw_list().is_empty());
 }
 
 #[test]
@@ -197,6 +205,33 @@ fn what_went_while_nobody_asked_hides_nothing() {
     assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
     let drawn: Vec<u64> = (0..3).map(|_| lane.frame(&told.scene, &[], &before).drawn()).collect();
     assert_eq!(drawn.last(), Some(&1), "{drawn:?}");
+}
+
+/// A wall moves aside in a frame that is not drawn. What it hid is drawn, and hides what is behind it.
+#[test]
+fn what_moved_in_a_skipped_frame_hides_nothing_where_it_was() {
+    let squares = [(0, -2.0, 0.5), (1, -4.0, 0.4), (2, -8.0, 0.1)];
+    let squares = squares.map(|(stroke, z, half_m)| polygon_of(stroke, &square(0.0, 0.0, z, half_m)));
+    let view = view(Vec3::ZERO, Vec3::NEG_Z);
+    for choice in [Occlusion::Msvbsp, Occlusion::PreviousFrame, Occlusion::Auto] {
+        let mut lane = pipeline(Some(PassConfig { polygon_ns: 1.0e6, ..PassConfig::new(choice) }));
+        let mut told = Told::of(&squares);
+        lane.frame(&told.scene, &told.changes, &view);
+        for visible in 1..=2 {
+            let mut tries = 0;
+            for frame in 0..45 {
+                let drawn = lane.frame(&told.scene, &[], &view).drawn();
+                assert!(lane.draw_list().contains(PolygonId(visible - 1)), "{choice:?}, frame {frame}");
+                if lane.occlusion().is_some_and(OcclusionPass::is_by_last) {
+                    assert_eq!(drawn, u64::from(visible), "the last use was too long ago: frame {frame}");
+                    tries += 1;
+                }
+            }
+            assert_eq!(tries > 0, choice == Occlusion::Auto, "{choice:?}");
+            told.tell(&[SOLE.moved([StrokeId(0)], Vec3::X)]);
+            lane.skip(&told.scene, &told.changes);
+        }
+    }
 }
 
 #[test]
