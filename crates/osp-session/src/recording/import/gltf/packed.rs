@@ -37,6 +37,7 @@ pub(super) fn unpack(file: &mut File) -> Vec<Mismatch> {
     faults
 }
 
+#[cfg(feature = "compress")]
 fn number(of: &Value, name: &str) -> Option<u64> {
     of.get(name)?.as_u64()
 }
