@@ -29,6 +29,12 @@ impl BruteSimd {
         }
     }
 
+    #[cold]
+    fn make_room(&mut self, block: usize) {
+        self.blocks.resize(block + 1, Boxes::EMPTY);
+        self.inserted.resize(block + 1, 0);
+    }
+
     fn holds(&self, id: PolygonId) -> bool {
         self.inserted.get(id.index() / 16).is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
     }
@@ -72,8 +78,7 @@ impl SpatialIndex for BruteSimd {
         admit(id, bounds)?;
         let (block, lane) = (id.index() / 16, id.index() % 16);
         if block >= self.blocks.len() {
-            self.blocks.resize(block + 1, Boxes::EMPTY);
-            self.inserted.resize(block + 1, 0);
+            self.make_room(block);
         }
         if self.inserted[block] >> lane & 1 == 1 {
             return Err(IndexError::Duplicate(id));

@@ -107,6 +107,11 @@ impl TimeOrder {
         self.upkeep.boxes += 1;
     }
 
+    fn cull<S: RunSink>(&self, frustum: &Frustum, out: S) -> (WorkCounts, S) {
+        let planes = &PlaneSet::new(frustum);
+        self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() })
+    }
+
     fn visit(&self, walk: &mut Walk<'_>, level: usize, group: usize, mask: PlaneMask, decision: Visit) {
         for lane in (0..BLOCK).filter(|lane| self.used(level, group) >> lane & 1 == 1) {
             let bounds = self.levels[level][group].get(lane);
@@ -151,7 +156,7 @@ struct Walk<'a> {
 
 struct Cull<'a, S> {
     index: &'a TimeOrder,
-    planes: PlaneSet,
+    planes: &'a PlaneSet,
     out: S,
     work: WorkCounts,
 }
@@ -201,9 +206,8 @@ impl<S: RunSink> Cull<'_, S> {
             let lane = seen.trailing_zeros() as usize;
             *seen &= *seen - 1;
             let number = group * BLOCK + lane;
-            let planes = sides.planes_at(mask, lane);
-            if planes != 0 {
-                return Some((number, planes));
+            if sides.cut >> lane & 1 == 1 {
+                return Some((number, sides.planes_at(mask, lane)));
             }
             let groups = BLOCK.pow(level as u32 - 2);
             let end = ((number + 1) * groups).min(self.index.inserted.len());
@@ -215,26 +219,27 @@ impl<S: RunSink> Cull<'_, S> {
     }
 
     /// Takes whole the blocks of a group inside all planes, and tests the polygons of those that a plane cuts. All are
-    /// tested against the same planes, so that a processor can predict the loop.
+    /// tested against the planes that cut the group, so that a processor can predict the loop.
     #[inline(always)]
     fn group<K: Kernel>(&mut self, kernel: K, group: usize, mask: u8) {
         let (seen, sides) = self.test(kernel, 1, group, mask);
-        let (inserted, whole, mut cut) = (&self.index.inserted[group], seen & !sides.cut, seen & sides.cut);
-        let mut masks = *inserted;
-        for (lane, mask) in masks.iter_mut().enumerate() {
-            *mask &= 0u16.wrapping_sub((whole >> lane & 1) as u16);
+        let (inserted, first) = (&self.index.inserted[group], group * BLOCK);
+        let mut whole = seen & !sides.cut;
+        while whole != 0 {
+            let lane = whole.trailing_zeros() as usize % BLOCK;
+            whole &= whole - 1;
+            // `push_run` would branch on an empty mask, which is unpredictable.
+            let taken = self.out.push_masks(kernel, first + lane, &[inserted[lane]]);
+            self.work.taken_whole += taken as u64;
         }
-        let planes = sides.cutting(mask, cut);
-        self.count(BLOCK as u32 * cut.count_ones(), planes);
-        let mut tested = 0;
+        let mut cut = seen & sides.cut;
+        self.count(BLOCK as u32 * cut.count_ones(), mask);
         while cut != 0 {
             let lane = cut.trailing_zeros() as usize % BLOCK;
             cut &= cut - 1;
-            let behind = self.planes.behind(kernel, planes, &self.index.levels[0][group * BLOCK + lane]);
-            masks[lane] = inserted[lane] & !behind as u16;
-            tested += u64::from(masks[lane].count_ones());
+            let behind = self.planes.behind(kernel, mask, &self.index.levels[0][first + lane]);
+            self.out.push_masks(kernel, first + lane, &[inserted[lane] & !behind as u16]);
         }
-        self.work.taken_whole += self.out.push_masks(kernel, group * BLOCK, &masks) as u64 - tested;
     }
 
     #[inline(always)]
@@ -314,16 +319,14 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
-        let (out, planes) = (IdWriter::new(draw_list), PlaneSet::new(frustum));
-        let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
+        let (work, out) = self.cull(frustum, IdWriter::new(draw_list));
         out.finish();
         work
     }
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         let out = MaskWriter::new(visible.masks_for(self.levels[0].len() * BLOCK));
-        let planes = PlaneSet::new(frustum);
-        let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
+        let (work, out) = self.cull(frustum, out);
         let (blocks, polygons) = out.finish();
         visible.note_filled(blocks, polygons);
         work

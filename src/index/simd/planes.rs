@@ -182,7 +182,7 @@ impl Sides {
 
     /// The planes of `mask` that cut one of these boxes.
     #[inline(always)]
-    pub fn cutting(&self, mask: u8, boxes: u32) -> u8 {
+    pub(crate) fn cutting(&self, mask: u8, boxes: u32) -> u8 {
         let mut planes = 0;
         for (plane, cut) in self.cut_by.iter().enumerate() {
             planes |= u8::from(cut & boxes != 0) << plane;
