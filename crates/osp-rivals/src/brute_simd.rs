@@ -29,10 +29,12 @@ impl BruteSimd {
         }
     }
 
+    /// Makes room for a polygon and inserts it. As a tail call, it makes other insertions save no registers.
     #[cold]
-    fn make_room(&mut self, block: usize) {
-        self.blocks.resize(block + 1, Boxes::EMPTY);
-        self.inserted.resize(block + 1, 0);
+    fn insert_beyond(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.blocks.resize(id.index() / 16 + 1, Boxes::EMPTY);
+        self.inserted.resize(id.index() / 16 + 1, 0);
+        self.insert(id, bounds)
     }
 
     fn holds(&self, id: PolygonId) -> bool {
@@ -78,7 +80,7 @@ impl SpatialIndex for BruteSimd {
         admit(id, bounds)?;
         let (block, lane) = (id.index() / 16, id.index() % 16);
         if block >= self.blocks.len() {
-            self.make_room(block);
+            return self.insert_beyond(id, bounds);
         }
         if self.inserted[block] >> lane & 1 == 1 {
             return Err(IndexError::Duplicate(id));
