@@ -125,6 +125,12 @@ fn a_group_is_placed_as_soon_as_nothing_in_it_is_on_a_closed_layer() {
         assert_eq!(ignored(&mut scene, &leaves), 0);
         assert_eq!(ignored(&mut scene, &[place(B, group_id(B, 8)), place(B, group_id(B, 9))]), 0);
     }
+    // An undo in the same frame has taken the inner group out. A later grouping delays what it does.
+    let mut scene = both();
+    let nested = [group(B, 8, &[], None), group(B, 9, &[id(A, 0)], None), group(B, 9, &[], Some(8))];
+    let later = [group(A, 1, &[], None), group(A, 0, &[], Some(1)), layer(A, 1, Some(true))];
+    assert_eq!(ignored(&mut scene, &[nested, later].concat()), 0);
+    assert_eq!(ignored(&mut scene, &[By(B).undo(), place(B, group_id(B, 8))]), 0);
 }
 
 #[test]
