@@ -183,6 +183,8 @@ fn a_group_that_is_dragged_costs_one_change() {
 struct InSpace<F> {
     place: SpacePlace,
     count: usize,
+    /// The one polygon that is in no space.
+    alone: u32,
     boxes: F,
 }
 
@@ -208,8 +210,8 @@ impl<F: Fn(usize) -> [Aabb; 2]> Geometry for InSpace<F> {
         false
     }
 
-    fn space(&self, _: PolygonId) -> Option<SpaceId> {
-        Some(SpaceId(7))
+    fn space(&self, id: PolygonId) -> Option<SpaceId> {
+        (id.0 != self.alone).then_some(SpaceId(7))
     }
 
     fn bounds_in_space(&self, id: PolygonId) -> Aabb {
@@ -222,38 +224,40 @@ impl<F: Fn(usize) -> [Aabb; 2]> Geometry for InSpace<F> {
 }
 
 /// Four triangles in a row; in their space, their boxes are thicker.
-fn flat(place: Affine3A) -> impl Geometry {
+fn flat(place: Affine3A) -> InSpace<impl Fn(usize) -> [Aabb; 2]> {
     let boxes = |id: usize| {
         let min = Vec3::X * id as f32;
         let max = min + Vec3::X + Vec3::Y;
         [Aabb::new(min - Vec3::Z, max + Vec3::Z), Aabb::new(min, max)]
     };
-    InSpace { place: place.into(), count: 4, boxes }
+    InSpace { place: place.into(), count: 4, alone: u32::MAX, boxes }
 }
 
 #[test]
 fn a_space_that_has_shrunk_to_a_plane_is_seen_and_met_and_numbers_beyond_the_limit_are_refused() {
-    let flat = flat(Affine3A::from_scale(Vec3::new(1.0, 1.0, 0.0)));
-    let mut pipeline = pipeline();
-    let view = onto(2.0, 0.5, 5.0);
-    let changes: Vec<Change> =
-        (0..4).chain([PolygonId::LIMIT]).map(|id| Change::Insert(PolygonId(id))).collect();
-    let record = pipeline.frame(&flat, &changes, &view);
-    assert_eq!((record.visible, record.polygons, pipeline.refused()), (4, 4, 1));
-    // Of the two that share a corner there, the first is met.
-    let ray = Ray::new(Vec3::new(3.0, 0.0, 3.0), Vec3::NEG_Z);
-    let nearest = pipeline.ray_nearest(&flat, &ray, 10.0, &mut |id| flat.polygon(id)?.meet(&ray));
-    assert_eq!(nearest, Some((PolygonId(2), 3.0)));
-    let mut found = Vec::new();
-    pipeline.box_query(&flat, &Aabb::cube(Vec3::new(3.5, 0.0, 0.0), 0.1), &mut found);
-    assert_eq!(found, [PolygonId(3)]);
-    let boxes = |id: usize| {
-        let of = PolygonId(id as u32);
-        if id == 1 { [Aabb::EMPTY; 2] } else { [flat.bounds_in_space(of), flat.bounds(of)] }
-    };
-    let broken = InSpace { place: flat.place(SpaceId(0)), count: 4, boxes };
-    let record = pipeline.frame(&broken, &[Change::Update(PolygonId(1))], &view);
-    assert_eq!((record.visible, record.polygons, pipeline.refused()), (3, 3, 2));
+    for alone in [u32::MAX, 2, 3] {
+        let flat = InSpace { alone, ..flat(Affine3A::from_scale(Vec3::new(1.0, 1.0, 0.0))) };
+        let mut pipeline = pipeline();
+        let view = onto(2.0, 0.5, 5.0);
+        let changes: Vec<Change> =
+            (0..4).chain([PolygonId::LIMIT]).map(|id| Change::Insert(PolygonId(id))).collect();
+        let record = pipeline.frame(&flat, &changes, &view);
+        assert_eq!((record.visible, record.polygons, pipeline.refused()), (4, 4, 1));
+        // Of the two that share a corner there, the first is met, also if one of them is in no space.
+        let ray = Ray::new(Vec3::new(3.0, 0.0, 3.0), Vec3::NEG_Z);
+        let nearest = pipeline.ray_nearest(&flat, &ray, 10.0, &mut |id| flat.polygon(id)?.meet(&ray));
+        assert_eq!(nearest, Some((PolygonId(2), 3.0)));
+        let mut found = Vec::new();
+        pipeline.box_query(&flat, &Aabb::cube(Vec3::new(3.5, 0.0, 0.0), 0.1), &mut found);
+        assert_eq!(found, [PolygonId(3)]);
+        let boxes = |id: usize| {
+            let of = PolygonId(id as u32);
+            if id == 1 { [Aabb::EMPTY; 2] } else { [flat.bounds_in_space(of), flat.bounds(of)] }
+        };
+        let broken = InSpace { place: flat.place(SpaceId(0)), count: 4, alone, boxes };
+        let record = pipeline.frame(&broken, &[Change::Update(PolygonId(1))], &view);
+        assert_eq!((record.visible, record.polygons, pipeline.refused()), (3, 3, 2));
+    }
 }
 
 /// What a pipeline finds in view, and what is in view by the boxes in the world.
@@ -281,7 +285,7 @@ fn polygons_that_lie_beside_their_place_in_a_space_are_seen_where_they_are() {
             let most_m = 0.009 * in_space.center().length();
             [in_space, Aabb::cube(center + random.direction().as_vec3() * most_m, 0.03)]
         });
-        let scene = InSpace { place, count: 400, boxes: |id: usize| boxes[id] };
+        let scene = InSpace { place, count: 400, alone: u32::MAX, boxes: |id: usize| boxes[id] };
         let mut pipeline = pipeline();
         for _ in 0..50 {
             let [found, expected] = found_and_expected(&scene, &mut pipeline, &view(&mut random));
@@ -304,7 +308,7 @@ fn polygons_of_a_space_as_far_away_as_numbers_go_are_seen() {
             [center - to, center].map(|center| Aabb::cube(center, 2.0e35))
         });
         let place = Affine3A::from_translation(to).into();
-        let scene = InSpace { place, count: 60, boxes: |id: usize| boxes[id] };
+        let scene = InSpace { place, count: 60, alone: u32::MAX, boxes: |id: usize| boxes[id] };
         let view = View {
             eye_in_world: vector(&mut random, 1.0e37),
             world_from_view: turn(&mut random).normalize(),
