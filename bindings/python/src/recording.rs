@@ -30,7 +30,7 @@ pub(crate) fn options(lenient: bool, max_polygons: Option<u64>) -> PyResult<Open
         let message = format!("max_polygons: expected 1 to {}; found {polygons}", u32::MAX);
         return Err(PyValueError::new_err(message));
     }
-    Ok(OpenOptions { lenient, limits: Limits { polygons, ..Limits::DEFAULT } })
+    Ok(OpenOptions { lenient, limits: Limits { polygons, ..Limits::DEFAULT }, ..OpenOptions::STRICT })
 }
 
 /// A row of the table of strokes.
