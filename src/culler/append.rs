@@ -1,5 +1,6 @@
 use super::{
     culler::{Culler, Placement},
+    hiding::BUDGET,
     keys::{Key, Places},
 };
 use crate::{index::SpatialIndex, math::Frustum};
@@ -43,10 +44,12 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Whether there is no object, no occluder, no layer and no pending change.
+    /// Whether there is no object, no occluder, no budget of its own, no transform, no layer and no pending change.
     fn has_nothing(&self) -> bool {
-        let has_occluders = self.hiding.as_ref().is_some_and(|hiding| !hiding.is_empty());
-        self.is_empty() && self.pending.is_empty() && !has_occluders && self.layers.iter().next().is_none()
+        let hides_nothing =
+            self.hiding.as_ref().is_none_or(|hiding| hiding.is_empty() && hiding.budget == BUDGET);
+        let is_plain = self.layers.iter().next().is_none() && self.placements.iter().next().is_none();
+        self.is_empty() && self.pending.is_empty() && hides_nothing && is_plain
     }
 
     fn insert_all(&mut self, other: &Self) {

@@ -146,8 +146,8 @@ impl<K: Key> Culler<K> {
     /// of [`Culler::set`] and [`Culler::set_occluder`] are in this space, too. If the transform or the moved box is not
     /// finite, the box is [refused](Culler::refused).
     ///
-    /// Takes O(1), whatever the number of the occluder's triangles. The depth buffer draws moved occluders; the tree of
-    /// shadow volumes omits them.
+    /// Takes O(1), whatever the number of the occluder's triangles; the first call, and one with the identity, take O(open
+    /// edges of the mesh). The depth buffer draws moved occluders; the tree of shadow volumes omits them.
     ///
     /// ```
     /// use osp::{Culler, Occluder};

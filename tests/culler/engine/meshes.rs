@@ -329,3 +329,30 @@ fn nothing_behind_a_gap_or_a_border_is_hidden() {
     }
     assert!(near_misses > 2000, "{near_misses}");
 }
+
+#[test]
+fn appending_keeps_transforms_and_the_budget_and_endless_depths_are_drawn_as_unknown() {
+    let quad = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
+    let occluder = || Occluder::mesh(&quad, &[0, 1, 2]).expect("a triangle");
+    let to = |scale: f32, z: f32| [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale], [0.0, 0.0, z]];
+    let mut level = Culler::<u32>::new();
+    level.set(1, [[-1.0, -1.0, -5.0], [1.0, 1.0, -4.0_f32]]);
+    level.set_occluder(2, occluder());
+    let mut culler = Culler::<u32>::new();
+    culler.set_transform(7, to(1.0, -10.0));
+    culler.set_occlusion_budget(0);
+    culler.append(level);
+    culler.set(7, [[-1.0_f32; 3], [1.0; 3]]);
+    assert!(culler.bounds(7).is_some_and(|[min, max]| min[2] < -10.9 && max[2] < -8.9));
+    let matrix = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.1, 0.0_f32];
+    let camera = || Camera::from_matrix(matrix, Depth::OneToZero).expect("a camera").hide_by_occluders();
+    culler.cull(&[camera()]);
+    assert_eq!(culler.occlusion().drawn, 0);
+    let mut far = Culler::<u32>::new();
+    let mesh = Mesh::any(&mut Rng(3));
+    let vertices: Vec<Vec3> = mesh.vertices.iter().map(|v| *v * 1e10).collect();
+    far.set_occluder(1, Occluder::mesh(&vertices, &mesh.indices).expect("a mesh"));
+    far.set_transform(1, to(1e37, -1e37));
+    far.set(2, [[-1.0, -1.0, -5.0], [1.0, 1.0, -4.0_f32]]);
+    assert_eq!(far.cull(&[camera()])[0].len(), 1);
+}

@@ -268,10 +268,13 @@ impl Drawer {
             for lane in 0..LANES {
                 let near_by = 1.0 / forward[lane];
                 let (u, v) = (right[lane] * near_by, up[lane] * near_by);
-                is_known[lane] = forward[lane] >= *near && u.abs() + v.abs() <= *most_tangent;
+                // So far away that its reciprocal is 0 in `f32`, a corner is unknown, too.
+                let near_by_f32 = (near_by * (1.0 - DEPTH_SLACK)) as f32;
+                is_known[lane] =
+                    forward[lane] >= *near && u.abs() + v.abs() <= *most_tangent && near_by_f32 > 0.0;
                 let (px, py) = (u * scale.x + origin.x, v * scale.y + origin.y);
                 at[lane] = [px, py].map(|v| (v + WHOLE).to_bits() as u32 as i32);
-                nearness[lane] = if is_known[lane] { (near_by * (1.0 - DEPTH_SLACK)) as f32 } else { 0.0 };
+                nearness[lane] = if is_known[lane] { near_by_f32 } else { 0.0 };
             }
             is_whole &= is_known.iter().all(|&is_known| is_known);
         }
