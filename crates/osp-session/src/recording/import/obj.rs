@@ -386,10 +386,14 @@ impl Obj {
         let path = self.lines.path.display();
         let kinds = self.skipped.iter().map(|(name, count)| format!("{count} {name}"));
         let skipped = kinds.collect::<Vec<_>>().join(", ");
-        if self.faces == 0 && !self.is_lenient {
+        if self.faces == 0 {
             let with = if skipped.is_empty() { String::new() } else { format!(", statements {skipped}") };
             let found = format!("none; {} vertices{with}", self.positions.len());
-            return Err(Mismatch::new("faces (`f`)", found).in_file(&self.lines.path));
+            let error = Mismatch::new("faces (`f`)", found).in_file(&self.lines.path);
+            if !self.is_lenient {
+                return Err(error);
+            }
+            self.notes.warnings.push(error.to_string());
         }
         let mut lost = self.splitter.lost();
         if !skipped.is_empty() {

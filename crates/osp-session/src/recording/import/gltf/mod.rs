@@ -174,10 +174,14 @@ impl Gltf {
     fn finish(&mut self) -> Result<()> {
         self.is_over = true;
         let path = &self.file.path;
-        if self.polygons == 0 && !self.damage.is_lenient {
+        if self.polygons == 0 {
             let (meshes, dropped) = (self.file.root.meshes.len(), self.splitter.dropped);
             let found = format!("none in {meshes} meshes, {dropped} behind masks");
-            return Err(Mismatch::new("triangles in the nodes of the scene", found).in_file(path));
+            let error = Mismatch::new("triangles in the nodes of the scene", found).in_file(path);
+            if !self.damage.is_lenient {
+                return Err(error);
+            }
+            self.damage.notes.warnings.push(error.to_string());
         }
         let lost = self.splitter.lost();
         if !lost.is_empty() {
