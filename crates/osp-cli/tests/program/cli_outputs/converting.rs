@@ -178,6 +178,8 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
     fs::create_dir(at("a.glb")).expect("a folder");
     let said = stderr(&convert(&["--force"]));
     assert!(said.contains("a.glb: expected a file; found a folder"), "{said}");
+    let alone = OSP.run_in(folder.path(), ["convert", "a.ron", "a.glb", "--force"]);
+    assert_refused(&alone, &["a.glb: expected a file; found a folder"]);
     fs::remove_dir(at("a.glb")).expect("removed");
     #[cfg(unix)]
     {
@@ -242,6 +244,17 @@ fn a_session_of_a_wrong_clock_is_converted_once() {
     set_changed(&at("a.ron"), changed(&at("a.ron")) + Duration::from_secs(1));
     let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "ron.zst", "--out", "out"]);
     assert!(stderr(&output).contains("exists already; --force replaces it"), "{}", stderr(&output));
+    // The other file of a CASSIE sketch came after its target.
+    ["sketch_history", "raw_data"].iter().for_each(|name| fs::create_dir(at(name)).expect("a folder"));
+    let stroke = r#"[{"id":0,"input_samples":[[0,1,0],[0,2,0]],"curve_type":"line","ctrl_pts":[],
+        "creation_time":1,"deletion_time":null}]"#;
+    fs::write(at("sketch_history/a.json"), stroke).expect("written");
+    let convert =
+        || OSP.run_in(folder.path(), ["convert", "sketch_history", "--to", "ron.zst", "--out", "to"]);
+    assert!(convert().status.success());
+    fs::write(at("raw_data/a.json"), "").expect("written");
+    set_changed(&at("raw_data/a.json"), SystemTime::now() + Duration::from_secs(100));
+    assert!(stderr(&convert()).contains("exists already; --force replaces it"), "{:?}", names(&at("to")));
 }
 
 #[test]

@@ -14,21 +14,23 @@ fn info_counts_the_polygons_that_are_drawn() {
     let offered: Vec<&Brush> = brush::all().iter().filter(|brush| brush.is_offered).collect();
     let names: Vec<&str> = offered.iter().map(|brush| brush.name.as_str()).collect();
     let painted = painted(&names);
-    // The last stroke is in a hidden layer. A hull that grows around what it was needs fewer polygons than before.
+    // The last stroke is in a hidden layer. Hulls that grow around what they were need fewer polygons than before.
     let at = painted.rfind(",seed:3").expect("a stroke");
     let mut text = format!("{},hidden:true{}", &painted[..at], &painted[at..]);
-    text +=
-        "Begin(t:0,stroke:900,tool:Ribbon,width:0.01,color:(1,1,1,1),paint:(brush:\"MatteHull\",seed:3))\n";
     let round =
         (0..40).map(|i| (i as f32 * 0.7, i as f32 * 1.1)).map(|(a, b)| [a.cos() * b.sin(), a.sin(), b.cos()]);
     let around = [[-9.0, -9.0, -9.0], [9.0, -9.0, -9.0], [0.0, 9.0, -9.0], [0.0, 0.0, 30.0]];
-    for [x, y, z] in round.chain(around) {
-        text += &format!("Point(t:0,stroke:900,p:({x},{y},{z}))\n");
+    for (stroke, hidden) in [(900, ""), (901, ",hidden:true")] {
+        let paint = format!("(brush:\"MatteHull\",seed:3{hidden})");
+        text += &format!("Begin(t:0,stroke:{stroke},tool:Ribbon,width:0.01,color:(1,1,1,1),paint:{paint})\n");
+        for [x, y, z] in round.clone().chain(around) {
+            text += &format!("Point(t:0,stroke:{stroke},p:({x},{y},{z}))\n");
+        }
+        text += &format!("End(t:0,stroke:{stroke})\n");
     }
-    text += "End(t:0,stroke:900)\n";
     fs::write(folder.path().join("a.ron"), text).expect("written");
     let exported = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb"]);
-    assert!(stderr(&exported).contains("strokes in hidden layers are not written: 1\n"), "{exported:?}");
+    assert!(stderr(&exported).contains("strokes in hidden layers are not written: 2\n"), "{exported:?}");
     let info = OSP.json_in(folder.path(), ["info", "a.ron", "--json"]);
     let count = |key: &str| info[key].as_u64().expect("a count");
     let (drawn, hidden) = (count("polygons_visible_at_end"), count("polygons_hidden_at_end"));
@@ -36,6 +38,8 @@ fn info_counts_the_polygons_that_are_drawn() {
     let in_rows: u64 = rows.map(|row| row["polygons"].as_u64().expect("a count")).sum();
     assert!(hidden > 0 && count("polygons_without_area") > 0, "{info}");
     assert_eq!(in_rows, drawn + hidden);
+    // The hidden hull has as many polygons without area, which are not counted.
+    assert_eq!(count("polygons"), drawn + hidden + 2 * count("polygons_without_area"));
     let said = stdout(&exported).replace(',', "");
     assert!(said.contains(&format!(" {drawn} polygons ")), "{drawn}: {said}");
     let text = stdout(&OSP.run_in(folder.path(), ["info", "a.ron"])).replace(',', "");

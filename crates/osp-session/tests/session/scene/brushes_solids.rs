@@ -302,13 +302,12 @@ proptest! {
     }
 }
 
-/// A leap begins a segment at a provisional end. The next sample takes that back.
+/// A step back begins a segment at a provisional end. The next sample takes that back.
 #[test]
 fn the_start_of_a_segment_is_painted_until_its_end_is_certain() {
-    let line = [0.0, 0.041, 0.073, 0.117, 0.15].map(|x| at(x, 0.0, 0.0));
-    let leap = [0.0, 0.017, 0.067].map(|x| at(0.9 + x, 0.0, 0.0));
+    let line = (0..12).map(|i| 0.04 * i as f32);
+    let samples: Vec<Sample> = line.chain([0.43, 0.48]).map(|x| at(x, 0.0, 0.0)).collect();
     let settings = StrokeSettings { scale: 11.0, ..settings("TaperedMarkerGeo", 0.001) };
-    let samples = [&line[..], &leap].concat();
     let in_frames = Stroke::in_frames(settings, &samples, 1, |_, _| {});
     assert_eq!(in_frames.pieces, draw(settings, &samples).0);
 }
