@@ -318,7 +318,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     assert!(forced.status.success(), "{}", stderr(&forced));
     for (args, words) in [
         (&["convert", "a.ron"][..], &["--to FORMAT", "found 1 paths"][..]),
-        (&["convert", "a.ron", "a.obj"], &["a.obj: expected a name that ends in .glb"]),
+        (&["convert", "a.ron", "a.usdz"], &["a.usdz: expected a name that ends in .glb"]),
         (&["convert", "none", "--to", "glb"], &["none"]),
         (
             &["convert", "a.ron", "--to", "glb", "--out", "a.tilt"],
