@@ -216,10 +216,6 @@ fn every_order_of_operations_is_answered_like_brute_force() {
                 }
                 _ => osp.commit(),
             }
-            if round % 8 == 1 {
-                // This index returns inserted polygons after a commit only.
-                osp.commit();
-            }
             if let Err(broken) = osp.validate() {
                 panic!("round {round}, step {step}: {broken}");
             }

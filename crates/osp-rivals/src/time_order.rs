@@ -1,3 +1,4 @@
+use glam::Vec3;
 use osp::{
     index::{
         Backend, IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts,
@@ -12,8 +13,11 @@ const LEVELS: usize = 4;
 
 const NONE: usize = usize::MAX;
 
+const ENDLESS: Aabb = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
+
 /// A hierarchy of boxes over the order of the ids. Nothing is sorted. Queries are fast if polygons that are drawn one
-/// after the other lie close together. An insertion widens the boxes above; after other changes, a commit computes them.
+/// after the other lie close together. Insertions and moves widen the boxes above; a commit computes those of what moved
+/// or went again.
 #[derive(Clone, Debug)]
 pub struct TimeOrder {
     backend: Backend,
@@ -24,9 +28,11 @@ pub struct TimeOrder {
     /// For each sixteen blocks, the mask of the blocks with boxes moved or removed since the last commit.
     changed: Vec<u16>,
     has_changed: bool,
-    /// The block of the last insertion since the last commit, or [`NONE`]. The boxes around 256 and 4,096 ids are not
-    /// widened for it yet.
+    /// The block of the last insertion since the last commit, or [`NONE`]. Until another follows, the boxes around 256 and
+    /// 4,096 ids that contain it are endless.
     open: usize,
+    /// These boxes before.
+    closed: [Aabb; LEVELS - 2],
     len: usize,
     upkeep: Upkeep,
 }
@@ -43,6 +49,7 @@ impl TimeOrder {
             changed: Vec::with_capacity(groups),
             has_changed: false,
             open: NONE,
+            closed: [Aabb::EMPTY; LEVELS - 2],
             len: 0,
             upkeep: Upkeep::default(),
         }
@@ -69,16 +76,21 @@ impl TimeOrder {
     fn open(&mut self, block: usize) {
         self.close();
         self.open = block;
-        if block < self.levels[0].len() {
-            return;
+        if block >= self.levels[0].len() {
+            let mut groups = (block + 1).next_multiple_of(BLOCK);
+            for level in &mut self.levels {
+                level.resize(groups.max(level.len()), Boxes::EMPTY);
+                groups = groups.div_ceil(BLOCK);
+            }
+            self.inserted.resize(self.levels[1].len(), [0; BLOCK]);
+            self.changed.resize(self.levels[1].len(), 0);
         }
-        let mut groups = (block + 1).next_multiple_of(BLOCK);
-        for level in &mut self.levels {
-            level.resize(groups.max(level.len()), Boxes::EMPTY);
-            groups = groups.div_ceil(BLOCK);
+        let mut group = block / BLOCK;
+        for (level, closed) in self.levels[2..].iter_mut().zip(&mut self.closed) {
+            *closed = level[group / BLOCK].get(group % BLOCK);
+            level[group / BLOCK].set(group % BLOCK, &ENDLESS);
+            group /= BLOCK;
         }
-        self.inserted.resize(self.levels[1].len(), [0; BLOCK]);
-        self.changed.resize(self.levels[1].len(), 0);
     }
 
     /// Widens the boxes that contain the open block.
@@ -86,8 +98,8 @@ impl TimeOrder {
         let mut group = self.open / BLOCK;
         if self.open != NONE {
             let bounds = self.levels[1][group].get(self.open % BLOCK);
-            for level in &mut self.levels[2..] {
-                level[group / BLOCK].grow(group % BLOCK, &bounds);
+            for (level, closed) in self.levels[2..].iter_mut().zip(&self.closed) {
+                level[group / BLOCK].set(group % BLOCK, &closed.union(&bounds));
                 group /= BLOCK;
             }
             self.open = NONE;
@@ -293,8 +305,16 @@ impl SpatialIndex for TimeOrder {
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
-        self.levels[0][id.index() / BLOCK].set(id.index() % BLOCK, bounds);
+        self.close();
         self.mark(id);
+        let mut group = id.index() / BLOCK;
+        self.levels[0][group].set(id.index() % BLOCK, bounds);
+        for level in &mut self.levels[1..] {
+            if !level[group / BLOCK].widen(group % BLOCK, bounds) {
+                break;
+            }
+            group /= BLOCK;
+        }
         self.upkeep.adjusted += 1;
         Ok(())
     }

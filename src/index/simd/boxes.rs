@@ -42,7 +42,7 @@ impl<const N: usize> Boxes<N> {
     /// Widens the box of a lane so that it contains `bounds`. Returns false if the box contained `bounds`
     /// before.
     #[inline]
-    pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
+    pub fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
         if old.contains(bounds) {
             return false;
