@@ -193,6 +193,7 @@ pub use glam;
 mod culler;
 pub mod frame;
 pub mod index;
+mod key_hasher;
 pub mod math;
 pub mod occlusion;
 pub mod polygon;

@@ -48,7 +48,7 @@ impl<K: Key> Culler<K> {
     fn has_nothing(&self) -> bool {
         let hides_nothing =
             self.hiding.as_ref().is_none_or(|hiding| hiding.is_empty() && hiding.budget == BUDGET);
-        let is_plain = self.layers.iter().next().is_none() && self.placements.iter().next().is_none();
+        let is_plain = self.layers.iter().next().is_none() && self.placements.is_empty();
         self.is_empty() && self.pending.is_empty() && hides_nothing && is_plain
     }
 
@@ -65,9 +65,9 @@ impl<K: Key> Culler<K> {
         placements.sort_unstable_by_key(|&(slot, _)| *slot);
         for (&slot, &Placement { bounds, columns }) in placements {
             let Some(key) = other.keys.key_in(slot) else { continue };
-            if bounds.is_empty() {
-                self.remove(key);
-            } else {
+            // Also where the moved box was refused, so that no transform of `self` applies.
+            self.remove(key);
+            if !bounds.is_empty() {
                 self.set(key, [bounds.min, bounds.max]);
             }
             self.set_transform(key, columns);

@@ -7,13 +7,14 @@ use super::{
     frame::{Frame, Views},
     hiding::{Hiding, OcclusionReport},
     indexed::Indexed,
-    keys::{Key, KeyHasher, Places, Slot},
+    keys::{Key, Places, Slot},
     layers::Layers,
     occluder::Occluder,
     pending::PendingChanges,
 };
 use crate::{
     index::SpatialIndex,
+    key_hasher::KeyHasher,
     math::{Aabb, Frustum, Ray, Sphere},
     occlusion::{Columns, moved},
     polygon::PolygonId,

@@ -217,7 +217,7 @@ impl Hiding {
             report.unseen += 1;
             return false;
         }
-        let Some(culler) = self.build(camera + 1, (layers, mask), window, frustum) else { return false };
+        let Some(culler) = self.build(camera + 1, window, frustum) else { return false };
         report.add(culler.buffer().counts());
         if culler.is_empty() {
             return false;
@@ -231,15 +231,9 @@ impl Hiding {
         layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask))
     }
 
-    /// Selects occluders for a view, and builds the culler `views[number]`; `None` if none may be used.
-    fn build(
-        &mut self,
-        number: usize,
-        (layers, mask): (&Layers, u32),
-        window: &ViewWindow,
-        frustum: &Frustum,
-    ) -> Option<&Layered> {
-        if self.of_object.is_empty() || !self.sees_all(layers, mask) {
+    /// Selects occluders for a view, and builds the culler `views[number]`; `None` without occluders.
+    fn build(&mut self, number: usize, window: &ViewWindow, frustum: &Frustum) -> Option<&Layered> {
+        if self.of_object.is_empty() {
             return None;
         }
         if self.views.len() <= number {
@@ -262,12 +256,15 @@ impl Hiding {
     /// Sets `hidden` for the boxes that the view's occluders hide.
     pub(super) fn mark_hidden(
         &mut self,
-        seen: (&Layers, u32),
+        (layers, mask): (&Layers, u32),
         (window, frustum): (&ViewWindow, &Frustum),
         boxes: &[Aabb],
         hidden: &mut [bool],
     ) {
-        let Some(culler) = self.build(0, seen, window, frustum) else { return };
+        if !self.sees_all(layers, mask) {
+            return;
+        }
+        let Some(culler) = self.build(0, window, frustum) else { return };
         for (bounds, hidden) in boxes.iter().zip(hidden) {
             *hidden |= hides_box(culler, bounds);
         }

@@ -71,8 +71,8 @@ impl Occluder {
     }
 
     /// A mesh of triangles, with three indices for each triangle. The mesh may be open or closed, with triangles of any
-    /// orientation. Vertices at the same position count as one; gaps stay open. Takes 0.2 to 2
-    /// µs a triangle: the more, the less neighbouring triangles follow each other.
+    /// orientation. Vertices at the same position count as one; gaps stay open. Takes 0.2 to 2 µs a
+    /// triangle; less if neighbouring triangles follow each other.
     ///
     /// # Errors
     /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`],

@@ -129,7 +129,7 @@ impl Model {
     }
 }
 
-/// The format of plain triangles that a file's name asks for.
+/// The format of plain triangles by the ending of a file's name.
 fn mesh_format(path: &Path) -> Option<MeshFormat> {
     let formats = [(".stl", MeshFormat::Stl), (".ply", MeshFormat::Ply), (".obj", MeshFormat::Obj)];
     formats.into_iter().find(|(ending, _)| has_ending(path, ending)).map(|(_, format)| format)

@@ -149,7 +149,7 @@ pub(super) struct ShownArgs {
     pub(super) force: ForceArgs,
 }
 
-/// What lies behind a model in a picture.
+/// The background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Background {
     Transparent,

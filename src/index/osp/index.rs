@@ -205,17 +205,15 @@ impl SpatialIndex for Osp {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
-        let is_new = if self.store.is_open(id.0 / 16) {
-            self.store.insert(id, bounds)
-        } else {
-            let at = self.store.open(id, bounds);
-            at.is_some_and(|at| {
-                self.wait(at, id.0 / 16);
-                true
-            })
-        };
-        self.residence.inserted += u32::from(is_new);
-        if is_new { Ok(()) } else { Err(IndexError::Duplicate(id)) }
+        let block = id.0 / 16;
+        if !self.store.is_open(block) {
+            let at = self.store.open(id, bounds).ok_or(IndexError::Duplicate(id))?;
+            self.wait(at, block);
+        } else if !self.store.insert(id, bounds) {
+            return Err(IndexError::Duplicate(id));
+        }
+        self.residence.inserted += 1;
+        Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {

@@ -33,7 +33,8 @@
 //!
 //! # Files
 //!
-//! * Insert, move, remove: `index.rs` (entry), `store.rs`, `shelf.rs`, `unfiled.rs`.
+//! * Insert, move, remove: `index.rs` (entry), `store.rs`, `store/insertion.rs`, `shelf.rs`,
+//!   `unfiled.rs`.
 //! * Commit: `residence.rs`, which files blocks (`runs.rs`, `insert.rs`, `grid.rs`) and takes polygons out (`remove.rs`);
 //!   then `remove.rs` (upkeep), `divide.rs`, `order.rs`.
 //! * Query: `plan.rs` chooses the method, `in_order.rs` walks the store, `query.rs` the tree, `two_eyes.rs` the tree for

@@ -160,8 +160,13 @@ impl<T: Pooled> Pool<T> {
         self.live
     }
 
+    /// Number of entries whose memory was written to.
+    fn held(&self) -> usize {
+        self.touched.max(self.len as usize)
+    }
+
     pub(super) fn clear(&mut self) {
-        self.touched = self.touched.max(self.len as usize);
+        self.touched = self.held();
         for chunk in &mut self.chunks {
             chunk.clear();
         }
@@ -170,7 +175,7 @@ impl<T: Pooled> Pool<T> {
 
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
-        self.touched.max(self.len as usize) * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
+        self.held() * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
     }
 }
 

@@ -122,7 +122,7 @@ impl Image {
     }
 
     /// Whether these pixels of a tile are covered in front of the upper bound `near`. Call it only if
-    /// [`Tiles::hides_all`] fails.
+    /// [`Image::hides_all`] fails.
     #[inline(always)]
     pub(super) fn hides<K: Kernel>(&self, kernel: K, tile: usize, pixels: u64, near: &Slope) -> bool {
         if !self.is_fine[tile] {

@@ -39,6 +39,22 @@ pub struct GltfCounts {
     pub turned: u64,
 }
 
+impl GltfCounts {
+    /// The counts before the first polygon.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let hidden = scene.strokes().iter().filter(|stroke| stroke.is_hidden() && !stroke.is_taken_away());
+        Self { hidden: hidden.count() as u64, ..Self::default() }
+    }
+}
+
+/// A polygon of a scene. A particle faces `eye_in_world`.
+pub(super) fn polygon_seen_from(scene: &Scene, id: PolygonId, eye_in_world: Option<Vec3>) -> ConvexPolygon {
+    match eye_in_world {
+        Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
+        None => scene.polygon(id),
+    }
+}
+
 /// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material and a
 /// texture for each brush, with the strokes' colours at the vertices. Positions are in world space, metres.
 ///
@@ -77,8 +93,7 @@ pub fn write_glb_watched(
 ) -> Result<GltfCounts, ExportError> {
     /// Number of polygons between two calls of `go_on`: a few milliseconds.
     const POLLED_AFTER: usize = 4096;
-    let hidden = scene.strokes().iter().filter(|stroke| stroke.is_hidden() && !stroke.is_taken_away());
-    let mut counts = GltfCounts { hidden: hidden.count() as u64, ..GltfCounts::default() };
+    let mut counts = GltfCounts::of(scene);
     let mut objects = BTreeMap::<u64, Object>::new();
     let light = options.environment.as_ref().map_or(Vec3::ONE, mean_light);
     let is_whole = matches!(options.objects, Objects::Whole { .. });
@@ -88,10 +103,7 @@ pub fn write_glb_watched(
             return Err(ExportError::Cancelled);
         }
         let surface = scene.surface_in_world(id);
-        let polygon = match options.eye_in_world {
-            Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
-            None => scene.polygon(id),
-        };
+        let polygon = polygon_seen_from(scene, id, options.eye_in_world);
         // The transform of a group can move coordinates beyond the range of `f32`.
         if !polygon.vertices().iter().all(|corner| corner.is_finite()) {
             counts.not_finite += 1;

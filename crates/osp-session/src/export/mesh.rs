@@ -5,7 +5,7 @@ use std::io::Write;
 
 use glam::Vec3;
 
-use super::{ExportError, GltfCounts};
+use super::{ExportError, GltfCounts, gltf::polygon_seen_from};
 use crate::scene::Scene;
 
 /// A format of triangles without materials.
@@ -28,19 +28,13 @@ pub fn write_mesh(
     layer_names: &[String],
     format: MeshFormat,
     eye_in_world: Option<Vec3>,
-    mut out: impl Write,
+    out: &mut dyn Write,
 ) -> Result<GltfCounts, ExportError> {
-    let hidden = scene.strokes().iter().filter(|stroke| stroke.is_hidden() && !stroke.is_taken_away());
-    let mut counts = GltfCounts { hidden: hidden.count() as u64, ..GltfCounts::default() };
+    let mut counts = GltfCounts::of(scene);
     let mut corners = 0u64;
     let polygons = || {
-        scene.visible_ids().filter(|&id| scene.has_area(id)).map(|id| {
-            let polygon = match eye_in_world {
-                Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
-                None => scene.polygon(id),
-            };
-            (id, polygon)
-        })
+        let ids = scene.visible_ids().filter(|&id| scene.has_area(id));
+        ids.map(|id| (id, polygon_seen_from(scene, id, eye_in_world)))
     };
     for (id, polygon) in polygons() {
         let vertices = polygon.vertices();

@@ -61,8 +61,8 @@ pub(super) struct Border {
     pub(super) mate_batch: u32,
 }
 
-/// A triangle mesh in its own space, prepared to be drawn by batches. It takes about 30 bytes
-/// a triangle if the triangles share vertices.
+/// A triangle mesh in its own space, prepared to be drawn by batches. It takes about 30 bytes a
+/// triangle if the triangles share vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OccluderMesh {
     pub(super) batches: Vec<Batch>,

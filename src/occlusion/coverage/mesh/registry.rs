@@ -1,36 +1,12 @@
 //! The meshes of all occluders, each at its place. Meshes that have not moved are linked where their borders are equal
 //! bit for bit, as those of a terrain's parts.
 
-use std::{
-    collections::HashMap,
-    hash::{BuildHasherDefault, Hasher},
-    sync::Arc,
-};
+use std::{collections::HashMap, hash::BuildHasherDefault, sync::Arc};
 
 use glam::Vec3;
 
 use super::prepare::OccluderMesh;
-use crate::{math::Aabb, polygon::PolygonId};
-
-/// A hash of whole numbers, by multiplication (Knuth).
-#[derive(Clone, Copy, Debug, Default)]
-struct KeyHasher(u64);
-
-impl Hasher for KeyHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_u32(byte.into()));
-    }
-
-    fn write_u32(&mut self, word: u32) {
-        self.0 = (self.0 ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
-    }
-
-    fn write_usize(&mut self, _: usize) {}
-
-    fn finish(&self) -> u64 {
-        self.0
-    }
-}
+use crate::{key_hasher::KeyHasher, math::Aabb, polygon::PolygonId};
 
 /// The images of a space's axes, and of its origin.
 pub(crate) type Columns = [Vec3; 4];

@@ -112,7 +112,7 @@ fn what_cannot_be_read_is_named() {
     }
 }
 
-/// What is skipped is counted and named, and the options say what the format does not.
+/// The reader counts and names the lines that it skips. Options give the up axis and the unit, which the format lacks.
 #[test]
 fn obj_counts_what_it_skips_and_follows_its_options() {
     let folder = tempfile::tempdir().unwrap();

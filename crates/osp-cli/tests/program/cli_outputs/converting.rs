@@ -253,7 +253,7 @@ fn a_session_of_a_wrong_clock_is_converted_once() {
         || OSP.run_in(folder.path(), ["convert", "sketch_history", "--to", "ron.zst", "--out", "to"]);
     assert!(convert().status.success());
     fs::write(at("raw_data/a.json"), "").expect("written");
-    set_changed(&at("raw_data/a.json"), SystemTime::now() + Duration::from_secs(100));
+    set_changed(&at("raw_data/a.json"), SystemTime::now() + Duration::from_secs(100_000));
     assert!(stderr(&convert()).contains("exists already; --force replaces it"), "{:?}", names(&at("to")));
 }
 

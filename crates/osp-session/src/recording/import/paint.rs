@@ -175,7 +175,7 @@ impl Splitter {
             count => {
                 let halves: Vec<[u8; 4]> = (1..count - 1).map(|i| look.of(&fan(i))).collect();
                 if halves.iter().all(|half| fits(*half, halves[0]))
-                    && self.fits_inside(&fan(1), look, halves[0])
+                    && fit(&quarters(&fan(1)), look, halves[0])
                 {
                     out.push(whole(halves[0]));
                 } else if count == 4 {
@@ -216,7 +216,7 @@ impl Splitter {
     fn divide(&mut self, corners: &[Corner; 3], look: &Look<'_>, depth: u32, out: &mut Vec<Painted>) {
         let color = look.of(corners);
         let quarters = quarters(corners);
-        if quarters.iter().all(|quarter| fits(look.of(quarter), color)) {
+        if fit(&quarters, look, color) {
             out.push(Painted::of(corners, color));
         } else if depth < MOST_SPLITS && self.left >= 3.0 {
             self.left -= 3.0;
@@ -226,16 +226,16 @@ impl Splitter {
             out.push(Painted::of(corners, color));
         }
     }
-
-    fn fits_inside(&self, corners: &[Corner; 3], look: &Look<'_>, color: [u8; 4]) -> bool {
-        quarters(corners).iter().all(|quarter| fits(look.of(quarter), color))
-    }
 }
 
 fn quarters(corners: &[Corner; 3]) -> [[Corner; 3]; 4] {
     let [a, b, c] = corners;
     let [ab, bc, ca] = [Corner::between(a, b), Corner::between(b, c), Corner::between(c, a)];
     [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
+}
+
+fn fit(quarters: &[[Corner; 3]; 4], look: &Look<'_>, color: [u8; 4]) -> bool {
+    quarters.iter().all(|quarter| fits(look.of(quarter), color))
 }
 
 fn fits(one: [u8; 4], other: [u8; 4]) -> bool {

@@ -68,7 +68,7 @@ impl File {
         Self::of(path, root, buffers, is_binary, left, damage)
     }
 
-    /// Unpacks what is packed.
+    /// Unpacks packed buffers and meshes.
     fn of(
         path: &Path,
         root: Root,
@@ -268,7 +268,7 @@ fn read_buffers(
     for (buffer, number) in root.buffers.iter().zip(0..) {
         let is_fallback = buffer.extensions.as_ref().is_some_and(|of| !of.others.is_empty());
         let content = match (&buffer.uri, number) {
-            // What it would hold is packed elsewhere.
+            // Another buffer holds its contents, packed.
             (None, _) if is_fallback && (number > 0 || binary.is_none()) => {
                 buffers.push(Vec::new());
                 continue;

@@ -1,4 +1,4 @@
-//! What the extensions of a file change.
+//! The extensions of a file: which of them change its meshes.
 
 use gltf_json::{Root, extensions::mesh::Primitive};
 use serde_json::{Map, Value};
