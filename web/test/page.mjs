@@ -35,11 +35,12 @@ async function coloursOf(page, name) {
   return seen.size;
 }
 
-/// The pins of `recordings/fingerprints.pins` at 16 samples a frame.
+/// The pins of `recordings/fingerprints.pins` at 16 samples a frame, of the sessions that the page offers.
 function pinned() {
   const text = readFileSync(join(root, 'recordings/fingerprints.pins'), 'utf8');
   const pattern = /recording: "([^"]+)", pace: "samples:16", camera: "auto", frames: (\d+), fingerprint: "([0-9a-f]+)"/g;
-  return [...text.matchAll(pattern)].map(([, name, frames, fingerprint]) => ({ name, frames: Number(frames), fingerprint }));
+  const all = [...text.matchAll(pattern)].map(([, name, frames, fingerprint]) => ({ name, frames: Number(frames), fingerprint }));
+  return all.filter(({ name }) => name.endsWith('.ron'));
 }
 
 /// Ten frames spread over a session have the same visible polygons here and there.
