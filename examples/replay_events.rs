@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("{} frames, {} polygons", player.frames(), player.scene().counts().visible);
     println!(
-        "{} in view in the last frame, slowest frame {:.1} us",
+        "{} in view in the last frame, slowest frame {:.1} µs",
         pipeline.draw_list().len(),
         slowest_ns as f64 / 1e3
     );

@@ -46,7 +46,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     let mut outputs = args.force.outputs().reads(&args.files);
     let csv = outputs.add_any(args.csv.as_ref(), &[])?;
     let html = outputs.add_any(args.html.as_ref(), &[])?;
-    let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
+    let mut kinds = if args.index.is_empty() { Contender::usual() } else { args.index.clone() };
     if !kinds.contains(&Contender::Own(args.reference)) {
         kinds.insert(0, Contender::Own(args.reference));
     }

@@ -14,6 +14,7 @@ use super::{
     outputs::ForceArgs,
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
+    structure_args::RebuildArgs,
 };
 use osp_lab::Contender;
 use osp_rivals::IndexKind;
@@ -73,7 +74,7 @@ pub(super) struct BenchArgs {
     /// Measure for a shorter time: under a minute for the recordings of osp.
     #[arg(long)]
     pub(super) quick: bool,
-    /// The indexes, separated by commas [default: all; with --paper the paper's trees, octree-rebuild, time-order,
+    /// The indexes, separated by commas [default: all but octree-rebuild at other times; with --paper the paper's trees, octree-rebuild, time-order,
     /// brute-simd, brute-force and osp].
     #[arg(long, value_delimiter = ',', value_parser = contender_parser())]
     pub(super) index: Vec<Contender>,
@@ -156,7 +157,7 @@ fn contender_parser() -> impl TypedValueParser<Value = Contender> {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp race recordings/portrait.ron
-  osp race --synth 200000
+  osp race --synth 20000 --rebuild frame,insert,thread
   osp race sketch.tilt --index osp,bvh-sah,dynamic-bvh --csv race.csv
   osp race --synth 400000 --pace samples:64 --film race.gif
 
@@ -175,6 +176,8 @@ pub(super) struct RaceArgs {
     /// Two to four structures, separated by commas.
     #[arg(long, value_delimiter = ',', default_value = "osp,octree-rebuild", value_parser = contender_parser())]
     pub(super) index: Vec<Contender>,
+    #[command(flatten)]
+    pub(super) rebuild: RebuildArgs,
     /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
     /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
@@ -204,14 +207,21 @@ pub(super) struct RaceArgs {
 }
 
 impl RaceArgs {
+    /// Returns the structures, in the order of their rows.
+    pub(super) fn kinds(&self) -> Vec<Contender> {
+        self.rebuild.expand(&self.index, Contender::Own)
+    }
+
     /// Returns an error unless the race has two to four different structures.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        let found = self.index.len();
+        self.rebuild.check(self.index.contains(&Contender::Own(IndexKind::OctreeRebuild)))?;
+        let kinds = self.kinds();
+        let found = kinds.len();
         ensure!((2..=4).contains(&found), "--index: expected two to four structures; found {found}");
-        for (at, kind) in self.index.iter().enumerate() {
+        for (at, kind) in kinds.iter().enumerate() {
             let name = kind.name();
             ensure!(
-                !self.index[..at].contains(kind),
+                !kinds[..at].contains(kind),
                 "--index: expected each structure once; found {name} twice"
             );
         }

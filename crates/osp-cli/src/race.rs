@@ -81,7 +81,7 @@ fn race_on(
         pace: args.pace,
         camera: (camera, args.camera.name()),
         root: session.index.root,
-        kinds: args.index.clone(),
+        kinds: args.kinds(),
     };
     let mut view = RaceView::new(args.runs);
     let mut run = || {

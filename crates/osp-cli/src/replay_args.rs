@@ -12,7 +12,7 @@ use super::{
     parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
-    structure_args::{CutNodesArgs, IndexSettingsArgs, TestArgs},
+    structure_args::{CutNodesArgs, IndexSettingsArgs, RebuildArgs, TestArgs},
 };
 use osp_lab::Method;
 use osp_rivals::{CutNodes, IndexKind, IndexSettings};
@@ -29,6 +29,7 @@ const POLYGON_NS: f64 = 10.0;
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp replay recordings/portrait.ron
+  osp replay sketch.tilt --index osp,octree-rebuild --rebuild frame,insert
   osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
   osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
   osp replay recordings/room.ron --index osp-paper,lbvh --depth 9 --cube 2 \\
@@ -68,8 +69,8 @@ With --rig each frame is culled for every screen and eye of the rig. The tracked
 default the recorded head; --room sets whether the room moves with it. The columns visible, culled and occluded, and \
 all times, are sums over all views. A second table has for each screen and eye the polygons in view and drawn (means \
 of the frames with this view), and these columns:
-  all views        time of a frame with all views, mean without the slowest 1 %
-  views x one      mean time of a frame with one view, times the number of views
+  all views mean   time of a frame with all views, mean without the slowest 1 %
+  views x one mean mean time of a frame with one view, times the number of views
   all against one  ratio: time of all views to that of as many single views
 With --draw:
   draw  time from submission to completion on the graphics adapter: median and
@@ -86,7 +87,9 @@ Indexes:
   time-order          a hierarchy of boxes over the order of insertion
   osp-paper           the paper's own tree: binary, preallocated
   osp                 our own form of the paper's tree
-  octree-rebuild      an adaptive octree, rebuilt in frames with new polygons
+  octree-rebuild      an adaptive octree, rebuilt once in frames with new polygons
+  octree-rebuild-insert, -thread, -nth
+                      the same, rebuilt at other times (--rebuild)
   octree-paper        the paper's octree: rebuilt, tests all eight children
   octree-every-child  an octree that stores a polygon in every child that it
                       touches, also rebuilt
@@ -168,6 +171,8 @@ pub(super) struct PlayArgs {
     /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
     #[arg(long, value_delimiter = ',', value_parser = index_parser())]
     pub(super) index: Vec<IndexKind>,
+    #[command(flatten)]
+    pub(super) rebuild: RebuildArgs,
     /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
     /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
@@ -237,10 +242,14 @@ pub(super) enum GroupIndexing {
 impl PlayArgs {
     /// Returns the indexes, in the order of their rows in the table.
     pub(super) fn indexes(&self) -> Vec<IndexKind> {
+        self.rebuild.expand(self.named_indexes(), |kind| kind)
+    }
+
+    fn named_indexes(&self) -> &[IndexKind] {
         match (self.index.as_slice(), self.occlusion.is_empty()) {
-            ([], true) => IndexKind::DEFAULT.to_vec(),
-            ([], _) => vec![IndexKind::Osp],
-            (indexes, _) => indexes.to_vec(),
+            ([], true) => IndexKind::DEFAULT,
+            ([], _) => &[IndexKind::Osp],
+            (indexes, _) => indexes,
         }
     }
 
@@ -281,6 +290,7 @@ impl PlayArgs {
 
     /// Reports errors in the options before the work begins. `draws`: whether the command draws frames.
     pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
+        self.rebuild.check(self.named_indexes().contains(&IndexKind::OctreeRebuild))?;
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
             let name = choice.name();
             let drawn = "culls while drawing: it needs `osp replay --draw`";

@@ -2,12 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use clap::{Args, builder::TypedValueParser};
 
 use super::{numbers, parsers::named};
 use osp::occlusion::{NodeTest, Score};
-use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
+use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings, Rebuild};
 
 /// Settings of the structures.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -106,6 +106,35 @@ fn check_concerns(setting: IndexSetting, indexes: &[IndexKind]) -> anyhow::Resul
 fn integers<N: Copy + TryInto<i64>>(range: RangeInclusive<N>) -> RangeInclusive<i64> {
     let of = |n: &N| (*n).try_into().unwrap_or(i64::MAX);
     of(range.start())..=of(range.end())
+}
+
+/// The option for the times at which octree-rebuild is built.
+#[derive(Args, Clone, Debug, Default)]
+pub(super) struct RebuildArgs {
+    /// When octree-rebuild builds its tree: once a `frame` with changes; for each `insert`, as in the paper; on another
+    /// `thread`; in every `nth` (16th) frame [default: frame]. The last two test the polygons that the tree lacks in a list.
+    /// Several values, separated by commas, are several indexes.
+    #[arg(long, value_name = "WHEN", value_delimiter = ',', value_parser = named(&Rebuild::ALL, Rebuild::name))]
+    rebuild: Vec<Rebuild>,
+}
+
+impl RebuildArgs {
+    /// Returns the indexes, with those of --rebuild in place of octree-rebuild.
+    pub(super) fn expand<T: Copy + PartialEq>(&self, indexes: &[T], of: fn(IndexKind) -> T) -> Vec<T> {
+        let expanded = |&index: &T| match index == of(IndexKind::OctreeRebuild) && !self.rebuild.is_empty() {
+            true => self.rebuild.iter().map(|when| of(when.kind())).collect(),
+            false => vec![index],
+        };
+        indexes.iter().flat_map(expanded).collect()
+    }
+
+    pub(super) fn check(&self, has_octree: bool) -> anyhow::Result<()> {
+        ensure!(
+            self.rebuild.is_empty() || has_octree,
+            "--rebuild is a setting of octree-rebuild: expected --index with it"
+        );
+        Ok(())
+    }
 }
 
 /// Options of the commands that cull by occlusion.

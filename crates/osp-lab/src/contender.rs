@@ -1,5 +1,5 @@
 use osp::index::{IndexConfig, SpatialIndex};
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, Rebuild};
 #[cfg(feature = "peers")]
 use osp_rivals::PeerKind;
 
@@ -15,7 +15,7 @@ pub enum Contender {
 
 impl Contender {
     /// Names of the structures of other crates; only builds with the feature `peers` have them.
-    pub const PEERS: [&'static str; 5] = ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar"];
+    pub const PEERS: [&'static str; 3] = ["parry3d", "obvhs", "rstar"];
 
     /// All structures that can be measured, those of this project first.
     pub fn all() -> Vec<Self> {
@@ -25,6 +25,12 @@ impl Contender {
         #[cfg(not(feature = "peers"))]
         let all = own;
         all.collect()
+    }
+
+    /// All but the octree that is rebuilt at other times: for each insert it takes too long, and a thread disturbs the others.
+    pub fn usual() -> Vec<Self> {
+        let is_other = |kind: &Self| Rebuild::ALL[1..].iter().any(|when| *kind == Self::Own(when.kind()));
+        Self::all().into_iter().filter(|kind| !is_other(kind)).collect()
     }
 
     /// The contender's name on the command line and in tables.

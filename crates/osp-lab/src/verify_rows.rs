@@ -32,7 +32,7 @@ impl Verifier {
             .maybe("visible", "polygons", truth(views.visible))
             .maybe("hidden", "polygons", truth(views.hidden))
             .value("lost", "polygons", views.lost as f64)
-            .value("frustum", "us", mean(views.frustum_ns) / 1000.0);
+            .value("frustum", "µs", mean(views.frustum_ns) / 1000.0);
         if !self.has_truth() {
             rows.note(PART, "Which polygons are visible was not determined.");
         } else if views.lost == 0 && !self.trials().iter().any(Trial::failed) {
@@ -65,9 +65,9 @@ impl Verifier {
                 .value("nodes_tested", "1/view", totals.mean(totals.node_tests))
                 .value("polygons_tested", "1/view", totals.mean(totals.polygon_tests))
                 .value("planes", "", totals.mean(totals.planes))
-                .value("select", "us", us(totals.select_ns))
-                .value("build", "us", us(totals.build_ns))
-                .value("query", "us", us(totals.query_ns));
+                .value("select", "µs", us(totals.select_ns))
+                .value("build", "µs", us(totals.build_ns))
+                .value("query", "µs", us(totals.query_ns));
             if trial.failed() {
                 let first = totals.first_false.map_or(String::new(), |(view, id)| {
                     format!("; the first is polygon {} in view {view}", id.0)
@@ -84,7 +84,7 @@ impl Verifier {
         if let Some((pvs, totals)) = self.pvs() {
             let mut figures = rows.of(PART, recording, "pvs (sampled)");
             found(&mut figures, totals);
-            figures.value("query", "us", totals.mean(totals.query_ns) / 1000.0);
+            figures.value("query", "µs", totals.mean(totals.query_ns) / 1000.0);
             let (cells, side_m, samples) = (pvs.cells.len(), pvs.cells.side_m, &pvs.samples);
             let bytes = pvs.bytes();
             rows.note(

@@ -1,4 +1,4 @@
-//! Exercises 2, 5 and 6 of the lecture notes "Scene Graphs and Spatial Data Structures" (document 000 of docs/seeds.md):
+//! Exercises 2 to 6, and the spheres of section 3.4, of the lecture notes "Scene Graphs and Spatial Data Structures" (document 000 of docs/seeds.md):
 //! `cargo run -p osp-rivals --example exercises`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
@@ -6,10 +6,11 @@
 use osp::{
     glam::{Vec2, Vec3, vec2, vec3},
     index::{IndexConfig, IndexError, SpatialIndex},
-    math::{Aabb, Containment, Frustum, Plane},
+    math::{Aabb, Containment, Frustum, Plane, Ray, Sphere},
     polygon::{ConvexPolygon, PolygonId},
 };
-use osp_rivals::{Bsp, BspConfig, BspNode};
+use osp_rivals::{Bsp, BspConfig, BspNode, IndexKind, IndexSettings};
+use osp_testkit::boxes::Rng;
 
 /// Exercise 2: the corners of five triangles, metres.
 const TRIANGLES: [[Vec3; 3]; 5] = [
@@ -26,6 +27,47 @@ fn boxes_of(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
 
 fn box_around(boxes: &[Aabb]) -> Aabb {
     boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
+}
+
+/// Section 3.4, exercises 3 and 4: random spheres with their centres in a cube of 10 m.
+fn spheres(count: usize) -> Vec<Sphere> {
+    let (mut rng, room) = (Rng(42), Aabb::cube(Vec3::ZERO, 10.0));
+    (0..count).map(|_| Sphere { center: rng.point(&room), radius_m: rng.range(0.3, 1.0) }).collect()
+}
+
+/// An index of the spheres' boxes with two in a leaf, as in the notes; sphere `i` has the id `i`.
+fn index_of(kind: IndexKind, spheres: &[Sphere]) -> Result<Box<dyn SpatialIndex>, IndexError> {
+    let settings = IndexSettings { leaf_capacity: Some(2), ..IndexSettings::default() };
+    let mut index = kind.create_with(&IndexConfig::default(), &settings);
+    for (id, sphere) in (0..).map(PolygonId).zip(spheres) {
+        index.insert(id, &Aabb::cube(sphere.center, 2.0 * sphere.radius_m))?;
+    }
+    index.commit();
+    Ok(index)
+}
+
+/// Where a ray meets a sphere, as a multiple of its direction.
+fn meet_sphere(ray: &Ray, sphere: &Sphere) -> Option<f32> {
+    let from = ray.origin - sphere.center;
+    let (a, b) = (ray.direction.length_squared(), from.dot(ray.direction));
+    let root = b * b - a * (from.length_squared() - sphere.radius_m * sphere.radius_m);
+    let root = (root >= 0.0).then(|| root.sqrt())?;
+    [-b - root, -b + root].into_iter().map(|t| t / a).find(|t| *t >= 0.0)
+}
+
+/// Distance of a point from a sphere, metres; 0 inside.
+fn from_sphere_m(point: Vec3, sphere: &Sphere) -> f32 {
+    (point.distance(sphere.center) - sphere.radius_m).max(0.0)
+}
+
+/// Rays from around the cube to points in it.
+fn rays(count: usize) -> Vec<Ray> {
+    let (mut rng, room) = (Rng(7), Aabb::cube(Vec3::ZERO, 10.0));
+    let ray = |_| {
+        let (from, to) = (rng.point(&room).normalize_or(Vec3::X) * 12.0, rng.point(&room));
+        Ray::new(from, to - from)
+    };
+    (0..count).map(ray).collect()
 }
 
 /// Exercise 5: the planes of a view from the origin along -z, 90 degrees wide and high, from 1 to 10 m: left, right, bottom,
@@ -155,6 +197,36 @@ fn main() -> Result<(), IndexError> {
     let all = box_around(&boxes);
     println!("  all: from {} to {}", all.min, all.max);
 
+    println!("Section 3.4: a ray among 20 spheres");
+    let twenty = spheres(20);
+    let ray = Ray::new([0.0, 0.0, 10.0], [0.0, 0.0, -1.0]);
+    let index = index_of(IndexKind::BvhSah, &twenty)?;
+    match index.ray_nearest(&ray, f32::INFINITY, &mut |id| meet_sphere(&ray, &twenty[id.index()])) {
+        Some((id, t)) => println!("  meets the sphere at {} at t = {t:.3}", twenty[id.index()].center),
+        None => println!("  meets none"),
+    }
+
+    println!("Exercise 3: spheres that each of 1,000 rays tests among 1,000");
+    let thousand = spheres(1000);
+    for kind in [IndexKind::BvhMidpoint, IndexKind::BvhSah] {
+        let (index, mut tests) = (index_of(kind, &thousand)?, 0);
+        for ray in rays(1000) {
+            index.ray_nearest(&ray, f32::INFINITY, &mut |id| {
+                tests += 1;
+                meet_sphere(&ray, &thousand[id.index()])
+            });
+        }
+        println!("  {}: {:.1}", kind.name(), f64::from(tests) / 1000.0);
+    }
+
+    println!("Exercise 4: the nearest of 100 spheres in an octree, from the middle");
+    let (hundred, mut near) = (spheres(100), Vec::new());
+    let octree = index_of(IndexKind::OctreeRebuild, &hundred)?;
+    octree.nearest(Vec3::ZERO, 3, &mut |id| from_sphere_m(Vec3::ZERO, &hundred[id.index()]), &mut near);
+    for (id, distance_m) in near {
+        println!("  the sphere at {}: {distance_m:.3} m", hundred[id.index()].center);
+    }
+
     println!("Exercise 5: boxes and the six planes of a view");
     for (name, bounds) in &BOXES {
         println!("  {name}: {:?}", place(&planes(), bounds));
@@ -177,8 +249,29 @@ fn main() -> Result<(), IndexError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osp::math::Ray;
-    use osp_testkit::boxes::Rng;
+
+    #[test]
+    fn rays_meet_and_points_find_the_nearest_spheres() {
+        let spheres = spheres(100);
+        let order = |a: &(PolygonId, f32), b: &(PolygonId, f32)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
+        let all = || (0..).map(PolygonId).zip(&spheres);
+        let mut hits = 0;
+        for kind in [IndexKind::BvhMidpoint, IndexKind::BvhSah, IndexKind::OctreeRebuild] {
+            let (index, mut near) = (index_of(kind, &spheres).expect("finite boxes"), Vec::new());
+            for ray in rays(200) {
+                let hit = &mut |id: PolygonId| meet_sphere(&ray, &spheres[id.index()]);
+                let met = all().filter_map(|(id, sphere)| Some((id, meet_sphere(&ray, sphere)?))).min_by(order);
+                assert_eq!(index.ray_nearest(&ray, f32::INFINITY, hit), met);
+                hits += u32::from(met.is_some());
+                let from = ray.origin + ray.direction * 0.7;
+                index.nearest(from, 3, &mut |id| from_sphere_m(from, &spheres[id.index()]), &mut near);
+                let mut far: Vec<_> = all().map(|(id, sphere)| (id, from_sphere_m(from, sphere))).collect();
+                far.sort_by(order);
+                assert_eq!(near, far[..3]);
+            }
+        }
+        assert!((200..550).contains(&hits), "{hits} of 600 rays hit");
+    }
 
     #[test]
     fn a_box_reaches_exactly_as_far_as_its_corners() {

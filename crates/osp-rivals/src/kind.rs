@@ -7,6 +7,7 @@ use super::{
         top_down::InPlaceBuilder,
     },
     kd_tree::KdPartition,
+    lagging::Lagging,
     octree_bvh::OctreeBvhBuilder,
     octree_every_child::OctreeEveryChild,
     octree_rebuild::{DEEPEST, OctreeBuilder},
@@ -23,8 +24,14 @@ pub enum IndexKind {
     TimeOrder,
     OspPaper,
     Osp,
-    /// The octree that the paper compares its tree with, in its best form, rebuilt.
+    /// The octree that the paper compares its tree with, in its best form: rebuilt once in a frame with changes.
     OctreeRebuild,
+    /// The same octree, rebuilt for each inserted polygon, as in the paper.
+    OctreeRebuildInsert,
+    /// The same octree, rebuilt by another thread, with a list of the polygons that it lacks.
+    OctreeRebuildThread,
+    /// The same octree, rebuilt by every 16th commit, with a list of the polygons that it lacks.
+    OctreeRebuildNth,
     OctreePaper,
     /// An octree that stores a polygon in every child that it touches, rebuilt.
     OctreeEveryChild,
@@ -61,6 +68,9 @@ impl IndexKind {
         Self::OspPaper,
         Self::Osp,
         Self::OctreeRebuild,
+        Self::OctreeRebuildInsert,
+        Self::OctreeRebuildThread,
+        Self::OctreeRebuildNth,
         Self::OctreePaper,
         Self::OctreeEveryChild,
         Self::OctreeBvh,
@@ -90,6 +100,9 @@ impl IndexKind {
             Self::OspPaper => "osp-paper",
             Self::Osp => "osp",
             Self::OctreeRebuild => "octree-rebuild",
+            Self::OctreeRebuildInsert => "octree-rebuild-insert",
+            Self::OctreeRebuildThread => "octree-rebuild-thread",
+            Self::OctreeRebuildNth => "octree-rebuild-nth",
             Self::OctreePaper => "octree-paper",
             Self::OctreeEveryChild => "octree-every-child",
             Self::OctreeBvh => "octree-bvh",
@@ -124,6 +137,9 @@ impl IndexKind {
             IndexSetting::LeafCapacity => matches!(
                 self,
                 Self::OctreeRebuild
+                    | Self::OctreeRebuildInsert
+                    | Self::OctreeRebuildThread
+                    | Self::OctreeRebuildNth
                     | Self::OctreePaper
                     | Self::OctreeEveryChild
                     | Self::OctreeBvh
@@ -162,7 +178,10 @@ impl IndexKind {
                 Box::new(tree.with_cut_nodes(settings.cut_nodes))
             }
             Self::Osp => Box::new(Osp::new(config)),
-            Self::OctreeRebuild => rebuilt(OctreeBuilder::new(leaf, DEEPEST), config),
+            Self::OctreeRebuild => rebuilt(OctreeBuilder::<false>::new(leaf, DEEPEST), config),
+            Self::OctreeRebuildInsert => rebuilt(OctreeBuilder::<true>::new(leaf, DEEPEST), config),
+            Self::OctreeRebuildThread => Box::new(Lagging::on_thread(leaf, config)),
+            Self::OctreeRebuildNth => Box::new(Lagging::every_nth(leaf, config)),
             Self::OctreePaper => {
                 let tree = OctreePaper::new(settings.octree_paper(), config);
                 Box::new(tree.with_cut_nodes(settings.cut_nodes))
@@ -181,6 +200,38 @@ impl IndexKind {
             Self::KdTree => Box::new(BucketTree::new(KdPartition, leaf, config)),
             Self::Quadtree => Box::new(BucketTree::new(QuadPartition::new(&config.root), leaf, config)),
             Self::Bsp => Box::new(Bsp::new(BspConfig::default(), config)),
+        }
+    }
+}
+
+/// When `octree-rebuild` builds its tree again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rebuild {
+    Frame,
+    Insert,
+    Thread,
+    Nth,
+}
+
+impl Rebuild {
+    pub const ALL: [Self; 4] = [Self::Frame, Self::Insert, Self::Thread, Self::Nth];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frame => "frame",
+            Self::Insert => "insert",
+            Self::Thread => "thread",
+            Self::Nth => "nth",
+        }
+    }
+
+    pub fn kind(self) -> IndexKind {
+        match self {
+            Self::Frame => IndexKind::OctreeRebuild,
+            Self::Insert => IndexKind::OctreeRebuildInsert,
+            Self::Thread => IndexKind::OctreeRebuildThread,
+            Self::Nth => IndexKind::OctreeRebuildNth,
         }
     }
 }

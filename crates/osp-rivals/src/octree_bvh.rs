@@ -21,7 +21,7 @@ const MAX_DEPTH: usize = 8;
 
 #[derive(Debug)]
 pub(super) struct OctreeBvhBuilder {
-    octree: OctreeBuilder,
+    octree: OctreeBuilder<false>,
     hierarchy: BinnedSahBuilder,
 }
 

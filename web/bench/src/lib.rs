@@ -57,7 +57,7 @@ pub fn measure(path: &str, browser: &str, say: &js_sys::Function) -> Result<Stri
 
 fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, JsError> {
     let name = Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let (pace, reference, kinds) = (Pace::Samples(1), IndexKind::Osp, Contender::all());
+    let (pace, reference, kinds) = (Pace::Samples(1), IndexKind::Osp, Contender::usual());
     tell("reading");
     let session = open(path)?;
     let header = session.header.clone();

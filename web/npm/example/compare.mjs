@@ -13,8 +13,8 @@ const { results, medianSeen, count: boxes } = await race({ count, frames });
 console.log(`${boxes.toLocaleString("en")} boxes, ${frames} frames, ${medianSeen.toLocaleString("en")} in view (median)`);
 console.log(`Node ${process.version}, ${cpus()[0].model}, kernel ${kernel()}`);
 const number = (v, digits) => v.toFixed(digits).padStart(10);
-console.log("".padEnd(26), "  cull, us", "   slowest", "insert 200", " all boxes", " missing, more (of every 5th frame)");
-console.log("".padEnd(26), "    median", "        us", " us median", "        ms");
+console.log("".padEnd(26), "  cull, µs", "   slowest", "insert 200", " all boxes", " missing, more (of every 5th frame)");
+console.log("".padEnd(26), "    median", "        µs", " µs median", "        ms");
 let isRight = true;
 for (const result of results) {
   const { name, cullUs, insertUs, insertAllMs, missing, more, isRounding, isOnce } = result;

@@ -70,7 +70,7 @@ impl Report {
 const NAME: &str = "a <b> & \"c\".ron";
 
 fn all_kinds() -> Vec<&'static str> {
-    osp_lab::Contender::all().into_iter().map(|contender| contender.name()).collect()
+    osp_lab::Contender::usual().into_iter().map(|contender| contender.name()).collect()
 }
 
 #[test]

@@ -330,8 +330,8 @@ fn measure(
     for (task, pairs) in [(stands, &still), (sees_all, &all)] {
         pairs
             .add(&mut rows.of(task, name, index))
-            .value("nodes", "1/frame", pairs.mean(|frame| frame.nodes))
-            .value("boxes", "1/frame", pairs.mean(|frame| frame.boxes));
+            .counted("nodes", "1/frame", pairs.mean(|frame| frame.nodes))
+            .counted("boxes", "1/frame", pairs.mean(|frame| frame.boxes));
     }
     rows.value(inserts, name, index, "time").unwrap_or(0.0)
 }

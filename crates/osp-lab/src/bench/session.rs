@@ -162,10 +162,10 @@ fn add(figures: &mut Figures<'_>, records: &[FrameRecord], reference: &[FrameRec
         .against(&pairs)
         .median("insert", "ns/polygon", inserts().map(|r| r.insert.ns as f64 / r.inserted as f64).collect())
         .spread("insert", inserts().map(|record| us(record.insert.ns)).collect())
-        .median("cull", "us", fair.iter().map(|record| us(record.cull.ns)).collect())
-        .value("nodes", "1/frame", mean(|record| record.work.nodes))
-        .value("boxes", "1/frame", mean(|record| record.work.boxes))
-        .value("planes", "1/frame", mean(|record| record.work.planes));
+        .median("cull", "µs", fair.iter().map(|record| us(record.cull.ns)).collect())
+        .counted("nodes", "1/frame", mean(|record| record.work.nodes))
+        .counted("boxes", "1/frame", mean(|record| record.work.boxes))
+        .counted("planes", "1/frame", mean(|record| record.work.planes));
 }
 
 #[cfg(test)]

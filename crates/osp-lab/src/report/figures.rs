@@ -1,6 +1,6 @@
 //! The figures of a replay as rows.
 
-use super::{ReplayReport, RunReport};
+use super::{ReplayReport, RunReport, run::Measured};
 use crate::rows::Rows;
 use osp::frame::OcclusionRecord;
 
@@ -15,16 +15,16 @@ impl ReplayReport {
         rows.part(PART, "Replay");
         let fastest = self.fastest();
         for run in &self.runs {
-            let ratio = fastest.and_then(|fastest| ratio(fastest, run));
-            run.add_to(&mut rows, &self.recording, ratio);
+            let ratios = fastest.map_or(Vec::new(), |fastest| ratios(fastest, run));
+            run.add_to(&mut rows, &self.recording, ratios);
         }
         let Some(rig) = &self.rig else { return rows };
         for run in &self.runs {
             let mut figures = rows.of(VIEWS, &*self.recording, run.name());
             if let Some(of) = run.against_one_view() {
                 figures
-                    .value("all_views", "us", of.all_views_us)
-                    .value("views_x_one", "us", of.views_times_one_us)
+                    .value("all_views_mean", "µs", of.all_views_us)
+                    .value("views_x_one_mean", "µs", of.views_times_one_us)
                     .value("all_against_one", "", of.ratio);
             }
             for (number, view) in rig.views.iter().enumerate() {
@@ -52,24 +52,24 @@ impl ReplayReport {
 }
 
 impl RunReport {
-    fn add_to(&self, rows: &mut Rows, recording: &str, ratio: Option<f64>) {
+    fn add_to(&self, rows: &mut Rows, recording: &str, ratios: Vec<f64>) {
         let mut figures = rows.of(PART, recording, self.name());
         figures
             .value("insert", "ns/polygon", self.insert_ns_per_polygon())
-            .value("cull", "us", self.cull_us())
-            .value("frame_p50", "us", self.frame_us(0.5))
-            .value("p99", "us", self.frame_us(0.99));
+            .value("cull", "µs", self.cull_us())
+            .value("frame_p50", "µs", self.frame_us(0.5))
+            .value("p99", "µs", self.frame_us(0.99));
         if let Some(occlusion) = &self.occlusion {
             let is_stage = !self.draw.as_ref().is_some_and(|draw| draw.has_culling());
             figures
                 .value("occluded", "polygons", self.occluded_mean())
-                .value("occlusion", "us", self.occlusion_total_us())
+                .value("occlusion", "µs", self.occlusion_total_us())
                 // Methods of the graphics adapter run while drawing, not as a stage of the frame.
                 .maybe("used", "%", is_stage.then(|| self.occlusion_used_percent()))
-                .value("with_drawing", "us", self.drawn_frame_us(0.5, occlusion.polygon_ns));
+                .value("with_drawing", "µs", self.drawn_frame_us(0.5, occlusion.polygon_ns));
         }
         if let Some(draw) = &self.draw {
-            figures.value("draw_p50", "us", draw.draw_us(0.5)).value("draw_p99", "us", draw.draw_us(0.99));
+            figures.value("draw_p50", "µs", draw.draw_us(0.5)).value("draw_p99", "µs", draw.draw_us(0.99));
             if draw.has_culling() {
                 figures
                     .value("groups_tested", "", draw.culling_mean(|drawn| drawn.groups_tested))
@@ -77,44 +77,37 @@ impl RunReport {
                     .value("colour_pass", "polygons", draw.culling_mean(|drawn| drawn.second_pass));
                 let passes = draw.gpu_us().unwrap_or_default();
                 for (figure, us) in ["gpu_depth", "gpu_test", "gpu_colours"].into_iter().zip(passes) {
-                    figures.value(figure, "us", us);
+                    figures.value(figure, "µs", us);
                 }
             }
         }
         figures
-            .value("max", "us", self.frame_us(1.0))
-            .maybe("ratio", "", ratio)
-            .value("p95", "us", self.frame_us(0.95))
+            .value("max", "µs", self.frame_us(1.0))
+            .median("ratio", "", ratios)
+            .value("p95", "µs", self.frame_us(0.95))
             .value("visible", "polygons", self.visible_mean())
             .value("culled", "polygons", self.culled_mean())
             .value("memory", "KiB", (self.bytes / 1024) as f64)
             .value("frames_measured", "", self.measured_frames() as f64)
-            .value("input", "us", self.input_us());
+            .value("input", "µs", self.input_us());
         let stage = |of: fn(&OcclusionRecord) -> u64| self.has_run(of).then(|| self.occlusion_us(of));
         figures
-            .maybe("occluders", "us", stage(|o| o.select.ns))
-            .maybe("build", "us", stage(|o| o.build.ns))
-            .maybe("tests", "us", stage(|o| o.query.ns))
-            .maybe("send", "us", self.draw.as_ref().map(|draw| draw.send_us(0.5)));
+            .maybe("occluders", "µs", stage(|o| o.select.ns))
+            .maybe("build", "µs", stage(|o| o.build.ns))
+            .maybe("tests", "µs", stage(|o| o.query.ns))
+            .maybe("send", "µs", self.draw.as_ref().map(|draw| draw.send_us(0.5)));
     }
 }
 
-/// The median of a run divided by that of the fastest, over the frames on which both were measured.
-fn ratio(fastest: &RunReport, other: &RunReport) -> Option<f64> {
-    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+/// The time of a run divided by that of the fastest, for each frame on which both were measured.
+fn ratios(fastest: &RunReport, other: &RunReport) -> Vec<f64> {
     let mut all = fastest.curve().iter().peekable();
-    for of_other in other.curve() {
+    let ratio = |of_other: &Measured| {
         while all.next_if(|of_fastest| of_fastest.frame < of_other.frame).is_some() {}
-        if let Some(of_fastest) = all.next_if(|of_fastest| of_fastest.frame == of_other.frame) {
-            ours.push(of_fastest.total_ns);
-            theirs.push(of_other.total_ns);
-        }
-    }
-    let median = |mut times: Vec<u64>| {
-        times.sort_unstable();
-        times.get(times.len() / 2).copied()
+        let of_fastest = all.next_if(|of_fastest| of_fastest.frame == of_other.frame)?;
+        Some(of_other.total_ns as f64 / of_fastest.total_ns.max(1) as f64)
     };
-    Some(median(theirs)? as f64 / median(ours)?.max(1) as f64)
+    other.curve().iter().filter_map(ratio).collect()
 }
 
 #[cfg(test)]
@@ -168,7 +161,7 @@ mod tests {
         let rows = report.rows();
         let said = "On r fast takes the least time; the next (partial) takes 1.50 times as long.";
         assert_eq!(rows.verdict("fast").as_deref(), Some(said));
-        assert_eq!(rows.value(PART, "r", "slow", "ratio"), Some(2.0));
+        assert_eq!(rows.value(PART, "r", "slow", "ratio"), Some(3.0));
         assert!(ReplayReport { runs: vec![run("alone", 4, &[(1, 10)])], ..report }.fastest().is_none());
     }
 }

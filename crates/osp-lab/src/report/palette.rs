@@ -45,11 +45,14 @@ pub(crate) enum Mark {
 use Mark::{Disc, Square, Triangle};
 
 /// Structures with their colours and marks. Structures that are often shown together have different colours.
-const STRUCTURES: [(&str, RGBColor, Mark); 26] = [
+const STRUCTURES: [(&str, RGBColor, Mark); 27] = [
     ("osp", BLUE, Mark::None),
     ("osp-paper", SKY, Mark::None),
     ("bsp", SKY, Disc),
     ("octree-rebuild", VERMILION, Mark::None),
+    ("octree-rebuild-insert", GRAY, Disc),
+    ("octree-rebuild-thread", GRAY, Triangle),
+    ("octree-rebuild-nth", ORANGE, Triangle),
     ("octree-paper", PURPLE, Triangle),
     ("octree-every-child", SKY, Square),
     ("octree-bvh", SKY, Triangle),
@@ -69,9 +72,7 @@ const STRUCTURES: [(&str, RGBColor, Mark); 26] = [
     ("dynamic-bvh", PURPLE, Mark::None),
     ("rstar", PURPLE, Square),
     ("parry3d", GRAY, Mark::None),
-    ("parry3d-rebuilt", GRAY, Disc),
     ("obvhs", GRAY, Square),
-    ("obvhs-rebuilt", GRAY, Triangle),
 ];
 
 /// Colours and marks of occlusion culling methods, for charts of one structure with several methods.

@@ -170,6 +170,11 @@ impl Figures<'_> {
         self
     }
 
+    /// Adds a count of work, which is 0 for a structure that counts none.
+    pub fn counted(&mut self, figure: &str, unit: &'static str, count: f64) -> &mut Self {
+        self.maybe(figure, unit, (count > 0.0).then_some(count))
+    }
+
     /// Adds the median of the values with its interval; nothing without values.
     pub fn median(&mut self, figure: &str, unit: &'static str, mut values: Vec<f64>) -> &mut Self {
         if let Some(Estimate { median, low, high }) = Estimate::of(&mut values) {
@@ -182,7 +187,7 @@ impl Figures<'_> {
     pub fn spread(&mut self, figure: &str, mut us: Vec<f64>) -> &mut Self {
         us.sort_unstable_by(f64::total_cmp);
         for (name, q) in [("p50", 0.5), ("p99", 0.99), ("max", 1.0)].into_iter().filter(|_| !us.is_empty()) {
-            self.value(&format!("{figure}_{name}"), "us", quantile(&us, q));
+            self.value(&format!("{figure}_{name}"), "µs", quantile(&us, q));
         }
         self
     }
@@ -192,13 +197,13 @@ impl Figures<'_> {
     /// quotient of the two medians.
     pub fn against(&mut self, pairs: &[(f64, f64)]) -> &mut Self {
         let mut own: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
-        self.median("time", "us", own.clone());
+        self.median("time", "µs", own.clone());
         own.sort_unstable_by(f64::total_cmp);
         for (figure, q) in [("p99", 0.99), ("max", 1.0)].into_iter().filter(|_| !own.is_empty()) {
-            self.value(figure, "us", quantile(&own, q));
+            self.value(figure, "µs", quantile(&own, q));
         }
         let ratio = |&(own, reference): &(f64, f64)| own.max(LEAST_US) / reference.max(LEAST_US);
-        self.median("reference", "us", pairs.iter().map(|pair| pair.1).collect());
+        self.median("reference", "µs", pairs.iter().map(|pair| pair.1).collect());
         self.median("ratio", "", pairs.iter().map(ratio).collect());
         self.value("values", "", pairs.len() as f64)
     }
@@ -211,7 +216,7 @@ mod tests {
     #[test]
     fn names_are_cells_of_csv_whatever_they_hold() {
         let mut rows = Rows::default();
-        rows.of("a/b", "x, \"y\"\n", "osp").value("time", "us", 1.5).median("ratio", "", vec![1.0, 3.0, 2.0]);
+        rows.of("a/b", "x, \"y\"\n", "osp").value("time", "µs", 1.5).median("ratio", "", vec![1.0, 3.0, 2.0]);
         let expected = "part,recording,index,figure,unit,value,low,high\n\
                         a/b,\"x, \"\"y\"\"\n\",osp,time,us,1.5,,\n\
                         a/b,\"x, \"\"y\"\"\n\",osp,ratio,,2,1,3\n";

@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 
 use super::{Row, Rows};
-use crate::report::{one_line, short, thousands};
+use crate::{
+    Method,
+    report::{one_line, short, thousands},
+};
 
 /// The rival structure of the paper. Summaries, charts and verdicts always contain it.
 pub(crate) const RIVAL: &str = "octree-rebuild";
@@ -87,21 +90,30 @@ impl<'a> Table<'a> {
             None => "-".to_owned(),
         };
         let mut indexes = self.indexes();
-        let sorted_by = figures.iter().position(|figure| *figure == "ratio").map(|at| at + 1);
-        if sorted_by.is_some() {
-            let ratio = |index: &str| self.value(index, "ratio").unwrap_or(f64::INFINITY);
-            indexes.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+        // A race has no ratios.
+        let by = ["ratio", "frame_p50"].into_iter().find(|by| figures.contains(by));
+        let sorted_by = by.and_then(|by| Some(figures.iter().position(|figure| *figure == by)? + 1));
+        if let Some(by) = by.filter(|_| sorted_by.is_some()) {
+            let value = |index: &str| self.value(index, by).unwrap_or(f64::INFINITY);
+            indexes.sort_by(|a, b| value(a).total_cmp(&value(b)));
         }
         let line = |index: &&str| {
             let name = (*index).to_owned();
             [name].into_iter().chain(figures.iter().map(|figure| cell(index, figure))).collect()
         };
         Cells {
-            head: ["index".to_owned()].into_iter().chain(figures.iter().map(head)).collect(),
+            head: [kind_of(&indexes)].into_iter().chain(figures.iter().map(head)).collect(),
             rows: indexes.iter().map(line).collect(),
             sorted_by,
         }
     }
+}
+
+/// What the rows are: indexes, or methods of occlusion culling (`msvbsp, 64 occluders`).
+fn kind_of(names: &[&str]) -> String {
+    let is_method = |name: &&str| Method::from_name(name.split([',', ' ']).next().unwrap_or(name)).is_some();
+    let kind = if !names.is_empty() && names.iter().all(is_method) { "method" } else { "index" };
+    kind.to_owned()
 }
 
 /// The name of a figure, and its unit in a second line.
@@ -153,8 +165,8 @@ impl Summary {
         let times_of = name(tasks.first()?);
         let first = of(tasks.first()?);
         let mut columns = vec![
-            ("median\nus".to_owned(), first.clone(), "time"),
-            ("p99\nus".to_owned(), first.clone(), "p99"),
+            ("median\nµs".to_owned(), first.clone(), "time"),
+            ("p99\nµs".to_owned(), first.clone(), "p99"),
         ];
         for task in &tasks {
             let name = name(task);
@@ -175,7 +187,7 @@ impl Summary {
             let name = (*index).to_owned();
             [name].into_iter().chain(columns.iter().map(|column| cell(index, column))).collect()
         };
-        let head = ["index".to_owned()].into_iter().chain(columns.iter().map(|(head, ..)| head.clone()));
+        let head = [kind_of(&indexes)].into_iter().chain(columns.iter().map(|(head, ..)| head.clone()));
         let cells =
             Cells { head: head.collect(), rows: indexes.iter().map(line).collect(), sorted_by: Some(3) };
         Some(Self { cells, recordings, times_of })
@@ -226,7 +238,7 @@ mod tests {
         assert_eq!((&*cells.rows[0][7], &*cells.rows[1][7]), ("-", "7.25"));
         let summary = Summary::of(&tables.iter().collect::<Vec<_>>()).expect("ratios");
         assert_eq!(summary.recordings, 2);
-        assert_eq!(summary.cells.head, ["index", "median\nus", "p99\nus", "ratio"]);
+        assert_eq!(summary.cells.head, ["index", "median\nµs", "p99\nµs", "ratio"]);
         assert_eq!(summary.cells.rows[1], ["x", "4.24", "4.24", "4.24"]);
         // The structure was not measured on every recording.
         assert_eq!(summary.cells.rows[2], ["late", "-", "-", "-"]);

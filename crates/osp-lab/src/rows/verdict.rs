@@ -113,6 +113,8 @@ fn sentence(standings: &[Standing<'_>], reference: &str, what: &str, rival: Opti
     let (mut leaders, others): (Vec<_>, Vec<_>) =
         standings.iter().partition(|standing| standing.low <= least.high);
     leaders.sort_by_key(|standing| standing.index != reference);
+    // Factors are those of the table below, if the reference leads it or is level.
+    let base = leaders.first()?.value;
     let mut said = match &leaders[..] {
         [leader] => format!("{} takes the least {what}", named(leader.index)),
         _ => {
@@ -126,9 +128,13 @@ fn sentence(standings: &[Standing<'_>], reference: &str, what: &str, rival: Opti
     };
     let next = others.first().map(|standing| standing.index);
     let compared = if what == "time" { "long" } else { "much" };
-    for (at, name) in distinct([next, Some(reference), rival].into_iter().flatten()).into_iter().enumerate() {
+    // The rival, also if it is rebuilt at other times.
+    let rivals = others.iter().map(|standing| standing.index);
+    let rivals = rivals.filter(|index| rival.is_some_and(|rival| index.starts_with(rival)));
+    let names = distinct(next.into_iter().chain([reference]).chain(rivals));
+    for (at, name) in names.into_iter().enumerate() {
         let Some(standing) = others.iter().find(|standing| standing.index == name) else { continue };
-        let times = times(standing.value / least.value);
+        let times = times(standing.value / base);
         said += &match at {
             0 => format!("; the next ({}) takes {times} times as {compared}", named(name)),
             _ => format!(", {} {times} times", named(name)),
@@ -139,7 +145,13 @@ fn sentence(standings: &[Standing<'_>], reference: &str, what: &str, rival: Opti
 
 /// The name of a structure within a sentence.
 fn named(index: &str) -> &str {
-    if index == RIVAL { "an octree rebuilt on every insert" } else { index }
+    match index {
+        RIVAL => "an octree rebuilt in every frame",
+        "octree-rebuild-insert" => "an octree rebuilt on every insert",
+        "octree-rebuild-thread" => "an octree rebuilt on another thread",
+        "octree-rebuild-nth" => "an octree rebuilt in every 16th frame",
+        index => index,
+    }
 }
 
 /// A ratio with two or three digits; integers are complete.
@@ -173,13 +185,13 @@ mod tests {
         let ratios = [("osp", 1.0), ("bsp", 900.0), (RIVAL, 119.7), ("b", 2.71), ("a", 2.14)];
         let one = rows(SESSION, &[("r.ron", &ratios)]);
         let said = "On your sketch r.ron osp takes the least time; the next (a) takes 2.1 times as long, an octree rebuilt \
-                    on every insert 120 times.";
+                    in every frame 120 times.";
         assert_eq!(one.verdict("osp").as_deref(), Some(said));
         let behind = [("osp", 1.0), ("bsp", 0.9), ("b", 0.5), ("a", 0.2)];
         let said = "On r a takes the least time; the next (b) takes 2.5 times as long, osp 5.0 times.";
         assert_eq!(rows("replay", &[("r", &behind)]).verdict("osp").as_deref(), Some(said));
         let rival = rows("replay", &[("r", &[("osp", 1.0), (RIVAL, 0.5)])]);
-        let said = "On r an octree rebuilt on every insert takes the least time; the next (osp) takes 2.0 times as long.";
+        let said = "On r an octree rebuilt in every frame takes the least time; the next (osp) takes 2.0 times as long.";
         assert_eq!(rival.verdict("osp").as_deref(), Some(said));
         assert!(rows(SESSION, &[("r.ron", &[("osp", 1.0)])]).verdict("osp").is_none());
         assert!(
@@ -190,15 +202,15 @@ mod tests {
     #[test]
     fn structures_whose_intervals_overlap_are_level_in_one_recording_and_in_several() {
         let level = [("a", 0.95), ("osp", 1.0), ("b", 1.1), ("c", 3.0)];
-        let said = "osp, a and b take the least time (level: intervals overlap); the next (c) takes 3.2 times as long.";
+        let said = "osp, a and b take the least time (level: intervals overlap); the next (c) takes 3.0 times as long.";
         let recordings = [("r", &level[..]), ("s", &level[..])];
         for (name, count) in [("sketch r", 1), ("2 sketches", 2)] {
             let rows = rows(SESSION, &recordings[..count]);
             assert_eq!(rows.verdict("osp"), Some(format!("On your {name} {said}")));
         }
-        // The factors are relative to the least time, even if the reference is named first.
+        // The factors are relative to the structure that is named first.
         let behind = [("osp", 1.0), ("a", 0.9), ("b", 2.7)];
-        let said = "On r osp and a take the least time (level: intervals overlap); the next (b) takes 3.0 times as long.";
+        let said = "On r osp and a take the least time (level: intervals overlap); the next (b) takes 2.7 times as long.";
         assert_eq!(rows("replay", &[("r", &behind)]).verdict("osp").as_deref(), Some(said));
         let itself = [("osp", 1.0), ("osp + msvbsp", 3.0)];
         assert_eq!(rows("flight", &[("r", &itself)]).verdict("osp"), None);

@@ -14,7 +14,7 @@ use crate::{
     dynamic_bvh::BoxTree,
     flat_tree::FlatTree,
     item::Item,
-    rebuilt::TreeBuilder,
+    rebuilt::{TreeBuilder, build_tree},
 };
 use osp::{
     index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
@@ -109,13 +109,8 @@ impl BvhTwoLevel {
 
     fn rebuild(&mut self) {
         self.dynamic.clear();
-        self.fixed.start(self.inserted.len());
-        self.items.clear();
-        self.items.extend(self.inserted.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
-        if !self.items.is_empty() {
-            self.builder.build(&mut self.items, &mut self.fixed);
-        }
-        self.fixed.finish();
+        let count = self.inserted.len();
+        build_tree(&mut self.builder, &self.inserted, count, &mut self.items, &mut self.fixed);
         self.rebuilt.inserted += self.inserted.len() as u64;
         self.rebuilt.boxes += self.fixed.node_count() as u64;
         for (at, &id) in self.fixed.ids().iter().enumerate() {

@@ -5,8 +5,16 @@ use osp::{
     polygon::PolygonId,
 };
 
+/// A tree that can be built is built again when it has grown by one in this number since the last build.
+const GROWTH: usize = 4;
+
 /// Operations of another crate's tree.
 pub(super) trait PeerTree: 'static + Default + Send + Sync {
+    /// Builds the tree again from all boxes. Returns whether the crate can.
+    fn build(&mut self, _inserted: &InsertedBoxes) -> bool {
+        false
+    }
+
     fn insert(&mut self, id: u32, bounds: &Aabb);
 
     /// Removes a polygon. `bounds` is its box in the tree.
@@ -31,13 +39,24 @@ pub(super) struct Adapted<T> {
     name: &'static str,
     tree: T,
     inserted: InsertedBoxes,
+    /// Polygons inserted since the last commit.
+    waiting: Vec<PolygonId>,
+    /// Number of polygons at the last build.
+    built: usize,
     is_due: bool,
 }
 
 impl<T: PeerTree> Adapted<T> {
     pub(super) fn new(name: &'static str, config: &IndexConfig) -> Self {
         let inserted = InsertedBoxes::with_capacity(config.room());
-        Self { name, tree: T::default(), inserted, is_due: false }
+        Self { name, tree: T::default(), inserted, waiting: Vec::new(), built: 0, is_due: false }
+    }
+
+    /// Inserts the polygons that wait, each in its place.
+    fn insert_waiting(&mut self) {
+        for id in self.waiting.drain(..) {
+            self.tree.insert(id.0, &self.inserted.get(id));
+        }
     }
 }
 
@@ -52,12 +71,13 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.inserted.insert(id, bounds)?;
-        self.tree.insert(id.0, bounds);
+        self.waiting.push(id);
         self.is_due = true;
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.insert_waiting();
         let bounds = self.inserted.remove(id)?;
         self.tree.remove(id.0, &bounds);
         self.is_due = true;
@@ -65,6 +85,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.insert_waiting();
         let before = self.inserted.update(id, bounds)?;
         self.tree.update(id.0, &before, bounds);
         self.is_due = true;
@@ -76,7 +97,15 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
     }
 
     fn commit(&mut self) {
-        if std::mem::take(&mut self.is_due) {
+        if !std::mem::take(&mut self.is_due) {
+            return;
+        }
+        let has_grown = self.inserted.len() > self.built + self.built / GROWTH;
+        if has_grown && self.tree.build(&self.inserted) {
+            self.built = self.inserted.len();
+            self.waiting.clear();
+        } else {
+            self.insert_waiting();
             self.tree.commit(&self.inserted);
         }
     }
@@ -115,6 +144,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
 
     fn clear(&mut self) {
         self.inserted.clear();
-        self.tree = T::default();
+        self.waiting.clear();
+        (self.tree, self.built) = (T::default(), 0);
     }
 }

@@ -17,45 +17,31 @@ use osp::index::{IndexConfig, SpatialIndex};
 /// Another crate's tree, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PeerKind {
-    /// `Bvh` of `parry3d`, filled one box after the other.
+    /// `Bvh` of `parry3d`, built by binned SAH whenever it has grown by a quarter, and filled one by one between.
     Parry,
-    /// `Bvh` of `parry3d`, built again by binned SAH in every commit that follows a change.
-    ParryRebuilt,
-    /// `Bvh2` of `obvhs`, filled one box after the other.
+    /// `Bvh2` of `obvhs`, built by PLOC whenever it has grown by a quarter, and filled one by one between.
     Obvhs,
-    /// `Bvh2` of `obvhs`, built again by PLOC in every commit that follows a change.
-    ObvhsRebuilt,
     /// The R*-tree of `rstar`, with nodes of 6 to 16 children.
     Rstar,
 }
 
 impl PeerKind {
-    pub const ALL: &'static [Self] =
-        &[Self::Parry, Self::ParryRebuilt, Self::Obvhs, Self::ObvhsRebuilt, Self::Rstar];
+    pub const ALL: &'static [Self] = &[Self::Parry, Self::Obvhs, Self::Rstar];
 
     /// The name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Parry => "parry3d",
-            Self::ParryRebuilt => "parry3d-rebuilt",
             Self::Obvhs => "obvhs",
-            Self::ObvhsRebuilt => "obvhs-rebuilt",
             Self::Rstar => "rstar",
         }
-    }
-
-    /// Whether every change makes the index build the whole tree again.
-    pub fn rebuilds(self) -> bool {
-        matches!(self, Self::ParryRebuilt | Self::ObvhsRebuilt)
     }
 
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
         let name = self.name();
         match self {
             Self::Parry => Box::new(Adapted::<parry::Growing>::new(name, config)),
-            Self::ParryRebuilt => Box::new(Adapted::<parry::Rebuilt>::new(name, config)),
             Self::Obvhs => Box::new(Adapted::<obvhs_crate::Growing>::new(name, config)),
-            Self::ObvhsRebuilt => Box::new(Adapted::<obvhs_crate::Rebuilt>::new(name, config)),
             Self::Rstar => Box::new(Adapted::<rstar_crate::Rstar>::new(name, config)),
         }
     }

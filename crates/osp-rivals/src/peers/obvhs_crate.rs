@@ -27,12 +27,14 @@ pub(super) struct Growing {
 const MOST: usize = 2;
 
 impl Growing {
-    /// Builds the tree again by the crate's fastest method.
-    fn build(&mut self, inserted: &InsertedBoxes) {
+    /// Builds the tree again by the crate's fastest method, and lays siblings out in the order of the walk.
+    fn build_again(&mut self, inserted: &InsertedBoxes) {
         let (ids, boxes): (Vec<u32>, Vec<_>) = inserted.iter().map(|(id, b)| (id.0, box_of(b))).unzip();
         let numbers = (0..boxes.len() as u32).collect();
         let (distance, precision) = (PlocSearchDistance::Minimum, SortPrecision::U64);
         self.tree = PlocBuilder::new().build(distance, &boxes, numbers, precision, 0);
+        self.tree.reorder_in_stack_traversal_order();
+        self.updated.clear();
         let Bvh2 { nodes, primitive_indices, primitives_to_nodes, .. } = &mut self.tree;
         primitive_indices.iter_mut().for_each(|at| *at = ids[*at as usize]);
         // The crate's own function expects numbers without gaps.
@@ -58,31 +60,36 @@ impl Growing {
             return;
         }
         let mut stack = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
-        stack.push((0, PlaneMask::ALL));
-        while let Some((at, mask)) = stack.pop() {
-            let node = &self.tree.nodes[at as usize];
-            let bounds = Aabb::new(node.aabb().min.into(), node.aabb().max.into());
-            let below = if mask.is_empty() {
-                mask
-            } else {
-                match frustum.classify_masked(&bounds, mask) {
-                    (Containment::Outside, ..) => continue,
+        let mut visit = |node: &Bvh2Node, mask: PlaneMask, stack: &mut Vec<(u32, PlaneMask)>| {
+            let bounds = || Aabb::new(node.aabb().min.into(), node.aabb().max.into());
+            let below = match mask.is_empty() {
+                true => mask,
+                false => match frustum.classify_masked(&bounds(), mask) {
+                    (Containment::Outside, ..) => return,
                     (_, below, _) => below,
-                }
+                },
             };
             if node.is_leaf() {
-                for i in node.first_index..node.first_index + node.prim_count {
-                    found(self.tree.primitive_indices[i as usize]);
-                }
+                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                self.tree.primitive_indices[range].iter().for_each(|&id| found(id));
             } else {
                 stack.push((node.first_index, below));
-                stack.push((node.first_index + 1, below));
             }
+        };
+        visit(&self.tree.nodes[0], PlaneMask::ALL, &mut stack);
+        // Siblings lie side by side and are tested together.
+        while let Some((at, mask)) = stack.pop() {
+            self.tree.nodes[at as usize..at as usize + 2].iter().for_each(|node| visit(node, mask, &mut stack));
         }
     }
 }
 
 impl PeerTree for Growing {
+    fn build(&mut self, inserted: &InsertedBoxes) -> bool {
+        self.build_again(inserted);
+        true
+    }
+
     fn insert(&mut self, id: u32, bounds: &Aabb) {
         self.resize();
         self.tree.insert_primitive(box_of(bounds), id);
@@ -99,8 +106,7 @@ impl PeerTree for Growing {
 
     fn commit(&mut self, inserted: &InsertedBoxes) {
         if self.updated.len() * MOST > inserted.len() {
-            self.build(inserted);
-            self.updated.clear();
+            self.build_again(inserted);
         } else {
             self.resize();
         }
@@ -114,41 +120,5 @@ impl PeerTree for Growing {
         let Bvh2 { nodes, primitive_indices, primitives_to_nodes, parents, .. } = &self.tree;
         let numbers = primitive_indices.capacity() + primitives_to_nodes.capacity() + parents.capacity();
         nodes.capacity() * size_of::<Bvh2Node>() + numbers * size_of::<u32>()
-    }
-}
-
-#[derive(Default)]
-pub(super) struct Rebuilt {
-    ids: Vec<PolygonId>,
-    boxes: Vec<obvhs::aabb::Aabb>,
-    of: Growing,
-}
-
-impl PeerTree for Rebuilt {
-    fn insert(&mut self, _id: u32, _bounds: &Aabb) {}
-
-    fn remove(&mut self, _id: u32, _bounds: &Aabb) {}
-
-    fn commit(&mut self, inserted: &InsertedBoxes) {
-        self.ids.clear();
-        self.boxes.clear();
-        self.ids.extend(inserted.iter().map(|(id, _)| id));
-        self.boxes.extend(inserted.iter().map(|(_, bounds)| box_of(bounds)));
-        if self.boxes.is_empty() {
-            self.of.tree = Bvh2::default();
-            return;
-        }
-        let indices = (0..self.boxes.len() as u32).collect();
-        self.of.tree =
-            PlocBuilder::new().build(PlocSearchDistance::Low, &self.boxes, indices, SortPrecision::U64, 0);
-        self.of.tree.reorder_in_stack_traversal_order();
-    }
-
-    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
-        self.of.walk(frustum, |at| out.push(self.ids[at as usize]));
-    }
-
-    fn bytes(&self) -> usize {
-        self.of.bytes()
     }
 }

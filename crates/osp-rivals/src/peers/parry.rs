@@ -4,7 +4,7 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace, TraversalAction
 use super::adapter::PeerTree;
 use crate::by_id::InsertedBoxes;
 use osp::{
-    math::{Aabb, Frustum},
+    math::{Aabb, Containment, Frustum},
     polygon::PolygonId,
 };
 
@@ -14,16 +14,25 @@ fn box_of(bounds: &Aabb) -> parry3d::bounding_volume::Aabb {
 }
 
 fn cull(tree: &Bvh, frustum: &Frustum, mut found: impl FnMut(u32)) {
-    tree.traverse(|node| {
+    tree.traverse_indexed(None, |node, at| {
         let (min, max) = (node.mins(), node.maxs());
         let bounds = Aabb::new([min.x, min.y, min.z].into(), [max.x, max.y, max.z].into());
-        if !frustum.may_see(&bounds) {
-            return TraversalAction::Prune;
+        match (frustum.classify(&bounds), node.leaf_data()) {
+            (Containment::Outside, _) => TraversalAction::Prune,
+            (_, Some(leaf)) => {
+                found(leaf);
+                TraversalAction::Prune
+            }
+            (Containment::Inside, None) => {
+                // All below is in view: it is listed without a test.
+                tree.traverse_indexed(Some(at), |below, _| {
+                    below.leaf_data().into_iter().for_each(&mut found);
+                    TraversalAction::Continue
+                });
+                TraversalAction::Prune
+            }
+            (Containment::Intersects, None) => TraversalAction::Continue,
         }
-        if let Some(leaf) = node.leaf_data() {
-            found(leaf);
-        }
-        TraversalAction::Continue
     });
 }
 
@@ -50,13 +59,17 @@ impl Growing {
             self.tree.refit(&mut self.workspace);
         }
         self.updated.clear();
-        if std::env::var_os("PARRY_OPT").is_some() {
-            self.tree.optimize_incremental(&mut self.workspace);
-        }
     }
 }
 
 impl PeerTree for Growing {
+    fn build(&mut self, inserted: &InsertedBoxes) -> bool {
+        let boxes = inserted.iter().map(|(id, bounds)| (id.index(), box_of(bounds)));
+        self.tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
+        self.updated.clear();
+        true
+    }
+
     fn insert(&mut self, id: u32, bounds: &Aabb) {
         self.refit();
         self.tree.insert(box_of(bounds), id);
@@ -82,34 +95,5 @@ impl PeerTree for Growing {
 
     fn bytes(&self) -> usize {
         self.tree.heap_memory_size() + self.updated.capacity() * size_of::<u32>()
-    }
-}
-
-#[derive(Default)]
-pub(super) struct Rebuilt {
-    ids: Vec<PolygonId>,
-    boxes: Vec<parry3d::bounding_volume::Aabb>,
-    tree: Bvh,
-}
-
-impl PeerTree for Rebuilt {
-    fn insert(&mut self, _id: u32, _bounds: &Aabb) {}
-
-    fn remove(&mut self, _id: u32, _bounds: &Aabb) {}
-
-    fn commit(&mut self, inserted: &InsertedBoxes) {
-        self.ids.clear();
-        self.boxes.clear();
-        self.ids.extend(inserted.iter().map(|(id, _)| id));
-        self.boxes.extend(inserted.iter().map(|(_, bounds)| box_of(bounds)));
-        self.tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &self.boxes);
-    }
-
-    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
-        cull(&self.tree, frustum, |leaf| out.push(self.ids[leaf as usize]));
-    }
-
-    fn bytes(&self) -> usize {
-        self.tree.heap_memory_size()
     }
 }

@@ -89,7 +89,7 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
             rows.of(task(name), &model.recording, "")
                 .value("polygons", "polygons", world.len() as f64)
                 .value("moving", "polygons", world.moving() as f64)
-                .median("computing_boxes", "us", boxes_us(&world));
+                .median("computing_boxes", "µs", boxes_us(&world));
             let mut measured = Measured { world: &world, name, config, rows: &mut rows };
             for (at, &kind) in config.kinds.iter().enumerate().filter(|(at, _)| is_measured[*at]) {
                 progress(&format!("{} at {size} polygons, {name}", kind.name()));
@@ -196,11 +196,11 @@ impl Measured<'_> {
             .of(&*task, recording, name)
             .against(&times)
             .median("move", "ns/polygon", pairs.iter().map(|(took, _)| took.move_ns / polygons).collect())
-            .median("cull", "us", pairs.iter().map(|(took, _)| took.cull_ns / 1000.0).collect())
+            .median("cull", "µs", pairs.iter().map(|(took, _)| took.cull_ns / 1000.0).collect())
             .maybe("entries_set", "1/frame", a_frame(|upkeep| upkeep.adjusted))
             .maybe("entries_inserted", "1/frame", a_frame(|upkeep| upkeep.inserted))
             .maybe("boxes_computed", "1/frame", a_frame(|upkeep| upkeep.boxes))
-            .value("boxes", "1/frame", mean(|took| took.work.boxes))
+            .counted("boxes", "1/frame", mean(|took| took.work.boxes))
             .value("reported", "polygons", mean(|took| took.work.reported))
             .value("memory", "bytes/polygon", subject.bytes() as f64 / world.len().max(1) as f64);
         self.rows.value(&task, recording, name, "time").unwrap_or(0.0)

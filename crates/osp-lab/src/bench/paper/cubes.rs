@@ -65,7 +65,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, views: &[View], factor: f32, dep
         .value("planes", "1/polygon", insertions.planes as f64 / insertions.polygons.max(1) as f64)
         .value("outside", "polygons", tree.outside().0.len() as f64)
         .value("boxes", "1/frame", mean(work.boxes, views.len()))
-        .median("cull", "us", us)
+        .median("cull", "µs", us)
         .value("drawn", "polygons", mean(work.reported, views.len()))
         .value("memory", "MB", tree.bytes() as f64 / 1.0e6);
 }

@@ -329,9 +329,9 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, methods: &[FlightMethod], draws:
         let name = format!("{}{}", method.name, if method.is_unsound { " (not conservative)" } else { "" });
         let drawn = mean(method.frames.iter().map(|frame| frame.drawn).sum(), method.frames.len());
         let mut figures = rows.of(PART, input.recording, &name);
-        figures.against(&pairs).median("cull", "us", of(|frame| frame.cull_ns));
+        figures.against(&pairs).median("cull", "µs", of(|frame| frame.cull_ns));
         if draws {
-            figures.median("draw", "us", of(|frame| frame.draw_ns));
+            figures.median("draw", "µs", of(|frame| frame.draw_ns));
         }
         figures
             .value("drawn", "polygons", drawn)

@@ -281,14 +281,14 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane], reference: usize
             let sum = |count: fn(&GrowingFrame) -> u64| frames.iter().map(count).sum::<u64>();
             let (changed, task) = (sum(GrowingFrame::changed), format!("{PART}/{part}"));
             let mut figures = rows.of(task, input.recording, lane.name());
-            figures.against(&times).median("insert", "us", us(|frame| frame.record.insert.ns));
-            figures.median("cull", "us", us(|frame| frame.record.cull.ns));
+            figures.against(&times).median("insert", "µs", us(|frame| frame.record.insert.ns));
+            figures.median("cull", "µs", us(|frame| frame.record.cull.ns));
             if lane.drawer.is_some() {
                 let mut rates: Vec<f64> =
                     frames.iter().map(|frame| 1.0e6 / frame.total_us().max(1.0e-3)).collect();
                 rates.sort_unstable_by(f64::total_cmp);
-                figures.median("insert_and_cull", "us", us(|frame| frame.record.total_ns()));
-                figures.median("draw", "us", us(|frame| frame.draw_ns));
+                figures.median("insert_and_cull", "µs", us(|frame| frame.record.total_ns()));
+                figures.median("draw", "µs", us(|frame| frame.draw_ns));
                 figures.value("frames", "1/s", quantile(&rates, 0.5));
             }
             let counts_planes = insertions(lane.pipeline.index()).is_some() && changed > 0;
