@@ -220,10 +220,7 @@ impl RaceArgs {
         ensure!((2..=4).contains(&found), "--index: expected two to four structures; found {found}");
         for (at, kind) in kinds.iter().enumerate() {
             let name = kind.name();
-            ensure!(
-                !kinds[..at].contains(kind),
-                "--index: expected each structure once; found {name} twice"
-            );
+            ensure!(!kinds[..at].contains(kind), "--index: expected each structure once; found {name} twice");
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 use osp::index::{IndexConfig, SpatialIndex};
-use osp_rivals::{IndexKind, Rebuild};
 #[cfg(feature = "peers")]
 use osp_rivals::PeerKind;
+use osp_rivals::{IndexKind, Rebuild};
 
 /// A structure to measure: one of this project, or (with the feature `peers`) one of another crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -260,7 +260,8 @@ mod tests {
             let (index, mut near) = (index_of(kind, &spheres).expect("finite boxes"), Vec::new());
             for ray in rays(200) {
                 let hit = &mut |id: PolygonId| meet_sphere(&ray, &spheres[id.index()]);
-                let met = all().filter_map(|(id, sphere)| Some((id, meet_sphere(&ray, sphere)?))).min_by(order);
+                let met =
+                    all().filter_map(|(id, sphere)| Some((id, meet_sphere(&ray, sphere)?))).min_by(order);
                 assert_eq!(index.ray_nearest(&ray, f32::INFINITY, hit), met);
                 hits += u32::from(met.is_some());
                 let from = ray.origin + ray.direction * 0.7;

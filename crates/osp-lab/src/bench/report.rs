@@ -54,6 +54,7 @@ impl BenchReport {
         let mut parts = self.verdict(if length == Length::Verdict { MOST_FAULTS } else { usize::MAX });
         parts.extend(self.details());
         parts.push(self.machine.text());
+        parts.extend(self.rows.load.text());
         if length == Length::Verdict {
             return parts.join("\n");
         }

@@ -79,7 +79,9 @@ impl Growing {
         visit(&self.tree.nodes[0], PlaneMask::ALL, &mut stack);
         // Siblings lie side by side and are tested together.
         while let Some((at, mask)) = stack.pop() {
-            self.tree.nodes[at as usize..at as usize + 2].iter().for_each(|node| visit(node, mask, &mut stack));
+            self.tree.nodes[at as usize..at as usize + 2]
+                .iter()
+                .for_each(|node| visit(node, mask, &mut stack));
         }
     }
 }

@@ -37,6 +37,12 @@ impl Load {
         }
     }
 
+    /// Time and processor time of all the work; `None` if the system does not tell it.
+    pub fn text(&self) -> Option<String> {
+        let [wall, cpu] = [self.wall, self.cpu].map(|time| time.as_secs_f64());
+        (wall > 0.0).then(|| format!("Measuring took {wall:.1} s, and {cpu:.1} s of processor time."))
+    }
+
     /// A sentence for the reader of the times, if other programs had a large part of the processor.
     pub fn note(&self) -> Option<String> {
         let percent = (100 * self.cpu.as_nanos()).checked_div(self.wall.as_nanos())?;
@@ -67,6 +73,7 @@ mod tests {
         };
         assert!(note(1000, 125).is_some_and(|note| note.contains("ran for 12 % of the measured time")));
         assert!(note(1000, 799).is_some());
+        assert_eq!(Load::default().text(), None);
         for (wall_ms, cpu_ms) in [(1000, 800), (1000, 1000), (1000, 1001), (0, 0)] {
             assert_eq!(note(wall_ms, cpu_ms), None, "{cpu_ms} of {wall_ms} ms");
         }

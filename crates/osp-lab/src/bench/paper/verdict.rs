@@ -28,7 +28,7 @@ fn sentence(rows: &Rows, recording: &str) -> Option<String> {
     };
     let (tree, octree) = (us(TREE)?, us(OCTREE)?);
     let mut said = format!(
-        "{}, insertion and culling: {OCTREE}, which is rebuilt for every polygon, takes {} times as long as {TREE}",
+        "{}, insertion and culling: {OCTREE}, which is rebuilt in every frame, takes {} times as long as {TREE}",
         one_line(recording),
         short(octree / tree)
     );

@@ -194,7 +194,11 @@ impl Pair<'_> {
         let mut of = |task: &str, asked: &TaskTimes| {
             let mut figures = rows.of(task, name, kind.name());
             figures.against(&asked.times).value("exact_tests", "1/question", asked.exact_tests);
-            figures.counted("nodes", "1/question", asked.work[0]).counted("boxes", "1/question", asked.work[1]);
+            figures.counted("nodes", "1/question", asked.work[0]).counted(
+                "boxes",
+                "1/question",
+                asked.work[1],
+            );
         };
         of(from_outside, &self.time(outside, |index, ray, asked| self.nearest(index, ray, asked)));
         of(from_inside, &self.time(inside, |index, ray, asked| self.nearest(index, ray, asked)));
