@@ -123,7 +123,7 @@ pub(super) struct BenchArgs {
 impl BenchArgs {
     /// Returns the seconds to spend on each index for a session.
     pub(super) fn session_secs(&self) -> f64 {
-        if self.quick { 0.1 } else { 5.0 }
+        if self.quick { 0.06 } else { 5.0 }
     }
 
     /// Returns the numbers of polygons of the growing model.
@@ -137,7 +137,7 @@ impl BenchArgs {
 
     /// Returns the seconds to spend on each index for one size.
     pub(super) fn growth_secs(&self) -> f64 {
-        if self.quick { 0.15 } else { 3.0 }
+        if self.quick { 0.08 } else { 3.0 }
     }
 }
 
