@@ -218,7 +218,7 @@ mod tests {
         let mut rows = Rows::default();
         rows.of("a/b", "x, \"y\"\n", "osp").value("time", "µs", 1.5).median("ratio", "", vec![1.0, 3.0, 2.0]);
         let expected = "part,recording,index,figure,unit,value,low,high\n\
-                        a/b,\"x, \"\"y\"\"\n\",osp,time,us,1.5,,\n\
+                        a/b,\"x, \"\"y\"\"\n\",osp,time,µs,1.5,,\n\
                         a/b,\"x, \"\"y\"\"\n\",osp,ratio,,2,1,3\n";
         assert_eq!(rows.to_csv(), expected);
     }
