@@ -9,7 +9,7 @@ use std::{
 
 use super::scratch;
 use osp_session::{
-    export::{KeptStrokes, write_tilt},
+    export::{ExportError, KeptStrokes, write_tilt},
     recording::{
         Event, EventSource as _, Flush, Header, Notes, OpenOptions, RecordingError, RonReader, RonWriter,
         open, open_bytes,
@@ -198,7 +198,10 @@ fn write_sketch(path: &Path, events: &[Event]) {
     let mut kept = KeptStrokes::default();
     events.iter().take(2000).for_each(|event| kept.note(event));
     let mut bytes = Vec::new();
-    let counts = write_tilt(&mut kept, &session.header, None, &mut bytes).expect("memory");
+    let counts = match write_tilt(&mut kept, &session.header, None, &mut bytes) {
+        Err(ExportError::NoStrokes(_)) => return,
+        other => other.expect("memory"),
+    };
     let again = open_bytes("again.tilt", bytes, &OpenOptions::default()).expect("a sketch of our own");
     let events: Vec<Event> = again.map(|event| event.expect("what was written is read")).collect();
     let strokes = events.iter().filter(|event| matches!(event, Event::Begin { .. })).count();

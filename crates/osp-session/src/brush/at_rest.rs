@@ -138,10 +138,12 @@ impl BrushAtRest {
 
     /// Converts texture coordinates of the brush to those of the texture of [`texel`](Self::texel).
     pub fn uv(&self, uv: Vec2) -> Vec2 {
-        match self.brush.effect {
-            Effect::Streamers => Vec2::new(uv.x * STREAMER_PACE, uv.y),
-            _ => uv,
-        }
+        Vec2::new(uv.x * pace(self.brush), uv.y)
+    }
+
+    /// The inverse of [`uv`](Self::uv) for a brush.
+    pub fn brush_uv(brush: &Brush, uv: Vec2) -> Vec2 {
+        Vec2::new(uv.x / pace(brush), uv.y)
     }
 
     /// Samples the brush's picture. `u` is clamped or repeated, `v` is clamped.
@@ -247,6 +249,11 @@ impl BrushAtRest {
         let factor = rim * (5.0 * self.brush.emission_gain).exp();
         (texel + 55.0 * texel * texel) * factor * 56.0 * factor
     }
+}
+
+/// Repetitions of the texture of [`BrushAtRest::texel`] for each of the brush's own.
+fn pace(brush: &Brush) -> f32 {
+    if brush.effect == Effect::Streamers { STREAMER_PACE } else { 1.0 }
 }
 
 /// Splits light into a colour of full brightness, and an alpha that is the brightness. Blended over black, they give

@@ -187,6 +187,9 @@ pub struct Brush {
     /// experimental.
     #[serde(default)]
     pub is_offered: bool,
+    /// Whether the look is only similar to the original's: a film of soap, or what a headset's cameras see.
+    #[serde(default)]
+    pub is_approximate: bool,
     pub family: Family,
     pub draw: Draw,
     pub lighting: Lighting,

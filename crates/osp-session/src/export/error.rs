@@ -12,6 +12,9 @@ pub enum ExportError {
     /// This build has no compression: the feature `compress` is missing.
     #[error("expected a build of osp-session with its feature `compress`")]
     NotCompressed,
+    /// A model of finished polygons, and a format of strokes.
+    #[error("expected strokes with control points, of which .tilt consists; found {0} polygons of a model")]
+    NoStrokes(u64),
     #[error("writing it was cancelled")]
     Cancelled,
 }

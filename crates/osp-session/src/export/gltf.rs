@@ -60,7 +60,8 @@ pub(super) fn polygon_seen_from(scene: &Scene, id: PolygonId, eye_in_world: Opti
 ///
 /// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the
 /// polygon was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke. Polygons without a
-/// stroke have -1. [`Objects::Whole`] has neither, and its vertices are smaller (`KHR_mesh_quantization`).
+/// stroke have -1. A brush's vertices have a second colour (`COLOR_1`), the sRGB colour and the opacity by which osp
+/// reads the brush again. [`Objects::Whole`] has none of these, and its vertices are smaller (`KHR_mesh_quantization`).
 ///
 /// The file shows brushes at time 0 ([`BrushAtRest`](crate::brush::BrushAtRest)). glTF has no additive blending.
 /// Additive strokes are therefore alpha-blended, and their alpha is the brightness of their light: dark light covers
@@ -123,8 +124,11 @@ pub fn write_glb_watched(
         let view_cosine = options.eye_in_world.map_or(MEAN_VIEW_COSINE, |eye| cosine_to_eye(&polygon, eye));
         let seen = Seen { view_cosine, light };
         let paint = |corner| materials.get(material).corner(stroke, &surface, corner, seen);
-        let part = object.parts.entry(materials.in_file(material)).or_insert_with(|| Part::new(is_whole));
-        part.add(&polygon, &surface, paint, [secs, number]);
+        let part = object
+            .parts
+            .entry(materials.in_file(material))
+            .or_insert_with(|| Part::new(is_whole, stroke.brush().is_some()));
+        part.add(&polygon, &surface, &paint, [secs, number]);
         counts.polygons += 1;
         counts.turned += u64::from(surface.is_facing());
         counts.triangles += polygon.vertices().len() as u64 - 2;

@@ -91,22 +91,23 @@ impl Materials {
 }
 
 impl Material {
-    /// The vertex attributes of a polygon's corner: linear red, green, blue and alpha, and texture coordinates.
+    /// The vertex attributes of a polygon's corner: linear red, green, blue and alpha; texture coordinates; and the
+    /// colour and alpha of the stroke, sRGB.
     pub(super) fn corner(
         &self,
         stroke: &Stroke,
         surface: &Surface,
         corner: usize,
         seen: Seen,
-    ) -> ([f32; 4], [f32; 2]) {
+    ) -> ([f32; 4], [f32; 2], [u8; 4]) {
         let ((r, g, b, a), uv, own) = (stroke.color(), surface.uv(corner), surface.alpha(corner));
         let [r, g, b] = surface.color().map_or([r, g, b], |color| color.map(|c| f32::from(c) / 255.0));
-        match &self.brush {
-            Some((_, at_rest, _)) => {
-                (linear(at_rest.paint(Vec3::new(r, g, b), own, uv, seen)), at_rest.uv(uv).to_array())
-            }
-            None => (linear([r, g, b, a * own]), uv.to_array()),
-        }
+        let bytes = [r, g, b, own].map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
+        let (color, uv) = match &self.brush {
+            Some((_, at_rest, _)) => (at_rest.paint(Vec3::new(r, g, b), own, uv, seen), at_rest.uv(uv)),
+            None => ([r, g, b, a * own], uv),
+        };
+        (linear(color), uv.to_array(), bytes)
     }
 
     fn extension(&self) -> (&'static str, Value) {

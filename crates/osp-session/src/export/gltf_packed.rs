@@ -17,7 +17,7 @@ pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
     let rows = rows.as_chunks::<DRAWN_BYTES>().0;
     let has_small_uvs =
         rows.iter().all(|row| floats_at::<2>(row, 32).iter().all(|uv| (0.0..=1.0).contains(uv)));
-    part.layout = Layout { has_tail: false, grid, has_byte_normals: true, has_small_uvs };
+    part.layout = Layout { tail: 0, grid, has_byte_normals: true, has_small_uvs };
     for row in rows {
         match &grid {
             Some(grid) => {

@@ -11,7 +11,11 @@ pub(super) const DRAWN_BYTES: usize = 12 + 12 + 8 + 8;
 
 const FLOAT: u32 = 5126;
 const BYTE: u32 = 5120;
+const UNSIGNED_BYTE: u32 = 5121;
 const UNSIGNED_SHORT: u32 = 5123;
+
+/// Number of a vertex's standard attributes.
+const TAIL_FROM: usize = 4;
 
 /// Largest distance between two neighbouring grid positions, metres: a small part of the width of the thinnest strokes.
 const MOST_STEP_M: f32 = 0.000_5;
@@ -37,8 +41,8 @@ impl Grid {
 /// The number formats of a vertex's attributes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Layout {
-    /// Whether the vertices have a time and a stroke number.
-    pub(super) has_tail: bool,
+    /// Number of further attributes: none; time and stroke number; or these and the brush's own colour.
+    pub(super) tail: usize,
     /// The grid, if positions are 16-bit grid coordinates. Without a grid, positions are floats.
     pub(super) grid: Option<Grid>,
     /// Whether normals are signed bytes, not floats.
@@ -63,16 +67,17 @@ impl Layout {
         let position = if self.grid.is_some() { (8, UNSIGNED_SHORT, false) } else { (12, FLOAT, false) };
         let normal = if self.has_byte_normals { (4, BYTE, true) } else { (12, FLOAT, false) };
         let uv = if self.has_small_uvs { (4, UNSIGNED_SHORT, true) } else { (8, FLOAT, false) };
-        let values = [
+        let values: [(&str, (usize, u32, bool), &str); TAIL_FROM + 3] = [
             ("POSITION", position, "VEC3"),
             ("NORMAL", normal, "VEC3"),
             ("COLOR_0", (8, UNSIGNED_SHORT, true), "VEC4"),
             ("TEXCOORD_0", uv, "VEC2"),
             ("_TIMESTAMP", (4, FLOAT, false), "SCALAR"),
             ("_STROKE", (4, FLOAT, false), "SCALAR"),
+            ("COLOR_1", (4, UNSIGNED_BYTE, true), "VEC4"),
         ];
         let mut end = 0;
-        values.into_iter().take(if self.has_tail { 6 } else { 4 }).map(
+        values.into_iter().take(TAIL_FROM + self.tail).map(
             move |(name, (bytes, component, is_normalized), shape)| {
                 let offset = end;
                 end += bytes;
@@ -111,10 +116,11 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Creates an empty part. If `is_welded`, equal vertices are merged, and vertices have neither time nor stroke.
-    pub(super) fn new(is_welded: bool) -> Self {
+    /// Creates an empty part. If `is_welded`, equal vertices are merged, and vertices have no tail.
+    pub(super) fn new(is_welded: bool, has_brush: bool) -> Self {
+        let tail = if is_welded { 0 } else { 2 + usize::from(has_brush) };
         Self {
-            layout: Layout { has_tail: !is_welded, ..Layout::default() },
+            layout: Layout { tail, ..Layout::default() },
             vertices: Vec::new(),
             indices: Vec::new(),
             packed: None,
@@ -143,13 +149,13 @@ impl Part {
         self.stored_bytes().map(aligned).into_iter().sum()
     }
 
-    /// Adds a polygon. `paint` returns the colour and the texture coordinates of a corner. `tail` is the time, seconds,
-    /// and the number of the stroke, the same at all corners.
+    /// Adds a polygon. `paint` returns the colour of a corner, its texture coordinates, and the brush's own colour.
+    /// `tail` is the time, seconds, and the number of the stroke, the same at all corners.
     pub(super) fn add(
         &mut self,
         polygon: &ConvexPolygon,
         surface: &Surface,
-        paint: impl Fn(usize) -> ([f32; 4], [f32; 2]),
+        paint: &dyn Fn(usize) -> ([f32; 4], [f32; 2], [u8; 4]),
         tail: [f32; 2],
     ) {
         let corners = polygon.vertices();
@@ -162,7 +168,7 @@ impl Part {
         for (i, (&corner, number)) in corners.iter().zip(&mut numbers).enumerate() {
             (self.min, self.max) = (self.min.min(corner), self.max.max(corner));
             let normal = surface.normal(i).unwrap_or(flat);
-            let (color, uv) = paint(i);
+            let (color, uv, own) = paint(i);
             let mut bytes = [0; DRAWN_BYTES];
             let floats = corner.to_array().into_iter().chain(normal.to_array());
             bytes[..24].as_chunks_mut().0.iter_mut().zip(floats).for_each(|(to, n)| *to = n.to_le_bytes());
@@ -176,9 +182,8 @@ impl Part {
             };
             if *number == next {
                 self.vertices.extend(bytes);
-                if self.layout.has_tail {
-                    self.vertices.extend(tail.iter().flat_map(|number| number.to_le_bytes()));
-                }
+                let tail = tail.map(f32::to_le_bytes).into_iter().chain([own]);
+                self.vertices.extend(tail.take(self.layout.tail).flatten());
             }
         }
         for i in 2..corners.len() {

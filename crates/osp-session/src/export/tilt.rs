@@ -48,7 +48,7 @@ pub struct TiltCounts {
 /// whole file is in memory, 36 bytes for each control point.
 ///
 /// # Errors
-/// The output fails, or the sketch does not fit the format.
+/// The output fails, the sketch does not fit the format, or a session of polygons has no stroke with control points.
 pub fn write_tilt(
     kept: &mut KeptStrokes,
     header: &Header,
@@ -62,6 +62,11 @@ pub fn write_tilt(
     let (mut lost, mut opaque, mut out_of_time, mut unextended) = (0, 0, 0, 0);
     let mut strokes = Vec::new();
     for (stroke, motion) in kept.iter() {
+        // The brush of a model's polygons; `finished_polygons` counts these.
+        let has_polygons = kept.scene.stroke(stroke.id).is_some_and(|state| state.polygon_count() > 0);
+        if stroke.points.is_empty() && has_polygons {
+            continue;
+        }
         let Some(ready) = TiltStroke::new(stroke, motion) else {
             lost += 1;
             continue;
@@ -73,6 +78,9 @@ pub fn write_tilt(
         out_of_time += ready.points_out_of_time();
         unextended += u64::from(ready.loses_extensions());
         strokes.push((stroke.id, ready));
+    }
+    if strokes.is_empty() && kept.finished_polygons() > 0 {
+        return Err(ExportError::NoStrokes(kept.finished_polygons()));
     }
     let used: BTreeSet<u32> =
         strokes.iter().filter_map(|(id, _)| Some(kept.scene.stroke(*id)?.layer())).collect();

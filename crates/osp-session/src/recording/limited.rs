@@ -70,7 +70,7 @@ impl EventSource for Limited {
         let mut notes = self.source.notes();
         notes.skipped += u64::from(self.warning.is_some());
         notes.warnings.extend(self.warning.clone());
-        notes.warnings.extend(self.unknown_brushes.warning(&self.path));
+        notes.warnings.extend(self.unknown_brushes.warnings(&self.path));
         notes
     }
 

@@ -17,6 +17,9 @@ fn formats() -> String {
 /// Number of bytes at the beginning of a file that decide its format.
 pub(super) const SNIFF_BYTES: u64 = 4096;
 
+/// First bytes of a file that stands for one in Git LFS.
+pub(super) const LFS_POINTER: &[u8] = b"version https://git-lfs";
+
 /// First bytes of a zstd frame.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 
@@ -75,6 +78,8 @@ fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, Record
     }
     let found = match input.is_folder() {
         true => "a folder that is no unpacked sketch (open one of its files)".to_owned(),
+        // A binary STL begins with any 80 bytes.
+        false if has_ending(path, ".stl") => "a model of the format STL".to_owned(),
         false => describe(&start),
     };
     Err(unknown(path, found))
@@ -157,7 +162,7 @@ fn describe(start: &[u8]) -> String {
 fn foreign(start: &[u8]) -> Option<&'static str> {
     const KNOWN: [(&[u8], &str); 13] = [
         (
-            b"version https://git-lfs",
+            LFS_POINTER,
             "a pointer of Git LFS in place of the file (`git lfs pull` gets the file)",
         ),
         (b"<!doctype html", "a page of HTML, as from a failed download"),

@@ -52,6 +52,26 @@ fn a_painters_brushes_become_the_nearest_and_keep_their_width() {
     assert_eq!(header.left_out, ["the look of the brushes gear1: they are plain ribbons"]);
 }
 
+/// A drawing as JSON has the fields of a binary one; without its end, the strokes before it are kept.
+#[test]
+fn a_painters_json_is_read_like_its_binary_files() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/files/models/apainter.json");
+    let events = read_sound(path.as_ref());
+    let strokes = painted(&events);
+    assert_eq!((strokes.len(), strokes[0].1, strokes[0].2.len()), (1, 0.03, 12));
+    assert!(matches!(events[11], Event::Point { t: 0.16, .. }), "{:?}", events[11]);
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(path).unwrap();
+    for (damaged, expected) in [
+        (text.replace("[0, 0, 0, 1]", "[0, 0, 0, 0]"), "a quaternion other than 0"),
+        (text.replace("\"points\"", "\"pts\""), "A-Painter drawing"),
+    ] {
+        let path = write(folder.path(), "a.json", damaged.as_bytes());
+        let error = super::files::read(&path, false).error.expect("damage").to_string();
+        assert!(error.contains(expected) && error.contains("line 1"), "{error}");
+    }
+}
+
 #[test]
 fn plain_drawings_leave_nothing_out() {
     let folder = tempfile::tempdir().unwrap();

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 use osp_session::{
     export::{ExportOptions, write_glb},
-    recording::{Event, Header, Limits, OpenOptions, open},
+    recording::{Event, Header, Limits, OpenOptions, SynthKind, open, synthesize},
     scene::Scene,
 };
 
@@ -204,6 +204,35 @@ fn what_was_exported_comes_back() {
         let bounds = scene.visible_ids().map(|id| scene.bounds(id)).reduce(|a, b| a.union(&b)).unwrap();
         assert_eq!(back.group_tree()[0].bounds, bounds, "{name}");
     }
+}
+
+/// A brush comes back as itself: as many polygons of each brush and colour, with the same texture.
+#[test]
+fn brushes_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let events: Vec<Event> = synthesize(SynthKind::Brushes, 20_000, 1).map(Result::unwrap).collect();
+    let mut scene = Scene::new();
+    scene.apply_all(&events, &mut Vec::new());
+    let mut bytes = Vec::new();
+    write_glb(&scene, "a", &ExportOptions::default(), &mut bytes).unwrap();
+    let (_, back) = scene_of(&write(folder.path(), "back.glb", &bytes));
+    let seen = |scene: &Scene| {
+        let all = scene.visible_ids().filter(|id| scene.has_area(*id)).map(|id| {
+            let (stroke, surface) = (scene.stroke_of(id), scene.surface(id));
+            let color = scene.color(id);
+            let color = [color.0, color.1, color.2].map(|c| (c * 255.0).round() as u8);
+            let slope = ((surface.uv(1) - surface.uv(0)).length() * 100.0).round() as i32;
+            let alpha = (surface.alpha(0) * 255.0).round() as u8;
+            (stroke.brush().map(|brush| brush.name.clone()), color, slope, alpha)
+        });
+        let mut all: Vec<_> = all.collect();
+        all.sort();
+        all
+    };
+    let (before, after) = (seen(&scene), seen(&back));
+    assert_eq!(before.len(), after.len());
+    let same = before.iter().zip(&after).filter(|(a, b)| a == b).count();
+    assert_eq!(same, before.len(), "{:?}", before.iter().zip(&after).find(|(a, b)| a != b));
 }
 
 /// Nodes far below one another: those too deep for a group go into the one above them.

@@ -89,6 +89,51 @@ fn models_have_their_colours() {
     }
 }
 
+/// Materials in a folder of their own name a picture in another one.
+#[test]
+fn materials_find_their_pictures() {
+    const RED: &[u8] = b"RIFF\x18\x00\x00\x00WEBPVP8L\x0c\x00\x00\x00/\x00\x00\x00\x00(J\xcdK\xd1\xff\x00";
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["materials", "pictures"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    write(folder.path(), "pictures/a.webp", RED);
+    for line in ["map_Kd ../pictures/a.webp", "map_Kd pictures\\a.webp"] {
+        write(folder.path(), "materials/a.mtl", format!("newmtl a\n{line}\n").as_bytes());
+        let text = "mtllib materials/a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let path = write(folder.path(), "a.obj", text.as_bytes());
+        assert_eq!(colors(&scene_of(&path, &OpenOptions::STRICT)), [[230, 40, 20, 255]], "{line}");
+        assert_eq!(osp_session::recording::import::files_beside(&path).len(), 2);
+    }
+    write(folder.path(), "pictures/a.webp", &RED[..30]);
+    let said = read(&folder.path().join("a.obj"), false).notes.warnings.join("\n");
+    assert!(said.contains("a damaged WebP"), "{said}");
+}
+
+/// Two triangles of millimetres, in the coordinates of a map.
+#[test]
+fn far_nodes_keep_their_millimetres() {
+    let folder = tempfile::tempdir().unwrap();
+    let nodes = [r#""children":[1,2],"translation":[448262.123,250,-5411932.678]"#, r#""mesh":0"#];
+    let far = r#""mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,-448262.121,-250,5411932.678,1],"children":[3]"#;
+    let back = r#""mesh":0,"translation":[448262.123,250,-5411932.678]"#;
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{{}}},{{{}}},{{{far}}},{{{back}}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"componentType":5126,"count":3,"type":"VEC3","bufferView":0,"min":[0,0,0],"max":[0.001,0.001,0]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36}}]}}"#,
+        nodes[0], nodes[1]
+    );
+    let corners = [0.0f32, 0.0, 0.0, 0.001, 0.0, 0.0, 0.0, 0.001, 0.0].map(f32::to_le_bytes).concat();
+    let path = write(folder.path(), "a.glb", &super::files::glb(&json, &corners));
+    let scene = scene_of(&path, &OpenOptions::STRICT);
+    let bounds: Vec<_> = scene.visible_ids().map(|id| scene.bounds(id)).collect();
+    assert_eq!(bounds.len(), 3);
+    // The last one comes back to the first, two millimetres beside it.
+    let beside = bounds[2].min - bounds[0].min;
+    assert!(beside.abs_diff_eq(glam::Vec3::new(0.002, 0.0, 0.0), 1.0e-6), "{bounds:?}");
+}
+
 #[test]
 fn what_cannot_be_read_is_named() {
     for (name, expected) in [
@@ -102,9 +147,11 @@ fn what_cannot_be_read_is_named() {
         assert!(error.contains(expected), "{error}");
     }
     let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "b.bin", b"version https://git-lfs.github.com/spec/v1\n");
     for (bytes, expected) in [
         (&b"<!DOCTYPE html><title>404"[..], "a page of HTML"),
         (b"\xFF\xFEv\0 \x001\0", "UTF-16"),
+        (br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"b.bin"}]}"#, "a pointer of Git LFS"),
         (b"\x67\x6C\x54\x46\x01\0\0\0\x20\0\0\0", "glTF 1.0"),
     ] {
         let error = read(&write(folder.path(), "a.glb", bytes), false).error.expect("refused").to_string();

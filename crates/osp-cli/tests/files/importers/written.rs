@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
 use osp_session::{
-    export::{KeptStrokes, TiltCounts, write_tilt},
+    export::{ExportError, KeptStrokes, TiltCounts, write_tilt},
     recording::{
         Author, Event, Flush, GroupId, Header, Layer, NormalRule, OpenOptions, Paint, RonWriter, StrokeId,
         SynthKind, Tool, Transform, open, synthesize,
@@ -275,6 +275,24 @@ fn edits_of_the_session_are_in_the_sketch() {
     let layer = |name: &str| Layer { name: name.to_owned(), hidden: false };
     assert_eq!(header.layers, [layer("Main Canvas"), layer("Lines")]);
     assert!(header.sketch_metadata.unwrap().contains(r#""Locked":true"#));
+}
+
+/// A model's polygons are no strokes: nothing empty is written for their brushes.
+#[test]
+fn polygons_of_brushes_are_no_strokes() {
+    let mut events = vec![
+        Begin { paint: Some(Box::new(Paint::new("Ink", 5))), ..Begin::of(StrokeId(1)) }.event(),
+        Event::End { t: 0.0, stroke: StrokeId(1) },
+        polygon(Some(StrokeId(1)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 0.0, 0.0, 1.0)),
+    ];
+    let mut kept = KeptStrokes::default();
+    events.iter().for_each(|event| kept.note(event));
+    let error = write_tilt(&mut kept, &Header::new("a", ""), None, &mut Vec::new()).unwrap_err();
+    assert!(matches!(error, ExportError::NoStrokes(1)), "{error}");
+    events.push(Begin::of(StrokeId(2)).event());
+    let (_, counts) = written(tempfile::tempdir().unwrap().path(), "a.tilt", &Header::new("a", ""), &events);
+    assert_eq!(counts.strokes, 1);
+    assert!(counts.notes[1].starts_with("1 polygon that no stroke drew is not written"), "{counts:?}");
 }
 
 #[test]

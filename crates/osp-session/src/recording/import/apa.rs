@@ -1,5 +1,5 @@
 //! A-Painter (Mozilla, 2016) `.apa`. The format is little-endian: a magic word, the brushes' names, then strokes of
-//! 36-byte points.
+//! 36-byte points. A drawing as JSON has the same numbers, and is read as the bytes of an `.apa`.
 //!
 //! A-Painter's line brush (`src/brushes/line.js` in aframevr/a-painter) spans the ribbon along the controller's local x
 //! axis. The ribbon extends half of `size * pressure` to either side, so its width is 0 at pressure 0. The reader
@@ -16,11 +16,12 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use super::bytes::ByteReader;
+use super::cassie_json::{PaintedPoint, PaintedStroke, Painting};
 use super::session_name;
 use super::strokes::{Sample, StrokeFormat, StrokeHead, StrokeStream};
 use crate::{
     brush::{self, Brush},
-    recording::{Header, NormalRule, OpenOptions, Paint, Session, error::Result, input::Input},
+    recording::{Header, MemoryFiles, NormalRule, OpenOptions, Paint, Session, error::Result, input::Input},
 };
 
 /// The first bytes of a file: the length of a string, and the string.
@@ -40,6 +41,40 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 });
 
 pub(crate) fn open_apa(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
+    open_with(input, options, Vec::new())
+}
+
+/// Opens a drawing that was read from JSON.
+pub(super) fn open_painting(
+    input: Input<'_>,
+    painting: &Painting,
+    options: &OpenOptions,
+    warnings: Vec<String>,
+) -> Result<Session> {
+    let names = &painting.brushes[..painting.brushes.len().min(u8::MAX.into())];
+    let mut bytes = [MAGIC, &VERSION.to_le_bytes(), &[names.len() as u8]].concat();
+    for name in names {
+        let name = &name.as_bytes()[..name.len().min(u8::MAX.into())];
+        bytes.push(name.len() as u8);
+        bytes.extend(name);
+    }
+    bytes.extend((painting.strokes.len() as u32).to_le_bytes());
+    for PaintedStroke { brush, points } in &painting.strokes {
+        bytes.push(u8::try_from(brush.index).unwrap_or(u8::MAX));
+        bytes.extend(brush.color.iter().chain([&brush.size]).flat_map(|number| number.to_le_bytes()));
+        bytes.extend((points.len() as u32).to_le_bytes());
+        for PaintedPoint { position, orientation, pressure, timestamp } in points {
+            let place = position.0.to_array().into_iter().chain(orientation.0.to_array());
+            bytes.extend(place.chain([*pressure]).flat_map(f32::to_le_bytes));
+            bytes.extend((*timestamp as u32).to_le_bytes());
+        }
+    }
+    let mut files = MemoryFiles::new();
+    files.insert(input.path, bytes);
+    open_with(Input::in_memory(input.path, &files), options, warnings)
+}
+
+fn open_with(input: Input<'_>, options: &OpenOptions, warnings: Vec<String>) -> Result<Session> {
     let path = input.path;
     let mut bytes = ByteReader::open(input)?;
     let (names, strokes) = read_head(&mut bytes)?;
@@ -48,7 +83,7 @@ pub(crate) fn open_apa(input: Input<'_>, options: &OpenOptions) -> Result<Sessio
     header.left_out.extend(without_counterpart(&names, &used));
     let brushes = names.iter().map(|name| NEAREST.get(name).and_then(|name| brush::find(name))).collect();
     let format = Apa { full_pressure, brushes, ..Apa::default() };
-    let stream = StrokeStream::new(format, bytes, strokes, options.lenient, Vec::new());
+    let stream = StrokeStream::new(format, bytes, strokes, options.lenient, warnings);
     Ok(Session::new(header, "apa", Box::new(stream), path, options))
 }
 

@@ -23,7 +23,7 @@ use std::vec;
 use glam::Vec3;
 
 use super::{
-    axes,
+    apa, axes,
     cassie_json::{self, Document, HistoryStroke, RawData, State},
     session_name,
 };
@@ -46,13 +46,16 @@ const ADD_STROKE: i64 = 1;
 /// `interactionType` of a deleted stroke.
 const DELETE_STROKE: i64 = 2;
 
-/// Opens a CASSIE sketch by either of its files.
+/// Opens a CASSIE sketch by either of its files, or an A-Painter drawing as JSON.
 /// The whole sketch is held in memory, because its events must be sorted; larger files than `Limits::whole_bytes` are
 /// refused.
-pub(crate) fn open_cassie(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
+pub(crate) fn open_json(input: Input<'_>, options: &OpenOptions) -> Result<Session> {
     let path = input.path;
     let mut warnings = Vec::new();
-    let first = cassie_json::read(input, options, &mut warnings)?;
+    let first = match cassie_json::read(input, options, &mut warnings)? {
+        Document::Painting(painting) => return apa::open_painting(input, &painting, options, warnings),
+        document => document,
+    };
     let folder = if matches!(first, Document::History(_)) { "raw_data" } else { "sketch_history" };
     let sibling = sibling(input, folder);
     let second = sibling
@@ -65,7 +68,7 @@ pub(crate) fn open_cassie(input: Input<'_>, options: &OpenOptions) -> Result<Ses
         match document {
             Some(Document::History(strokes)) => history = history.or(Some(strokes)),
             Some(Document::Raw(data)) if raw.is_none() => (raw, raw_path) = (Some(data), path),
-            Some(Document::Raw(_)) | None => {}
+            Some(Document::Raw(_) | Document::Painting(_)) | None => {}
         }
     }
     let skipped = warnings.len() as u64;

@@ -5,6 +5,7 @@ use glam::{Quat, Vec3};
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 
+use super::axes;
 use crate::recording::{
     OpenOptions, Place, RecordingError,
     error::{Mismatch, Result, beyond},
@@ -19,6 +20,50 @@ const GREATEST_TIME_SECS: f64 = 1e12;
 pub(super) enum Document {
     History(Vec<HistoryStroke>),
     Raw(RawData),
+    Painting(Painting),
+}
+
+/// A drawing of A-Painter as JSON (`brush.js` in aframevr/a-painter): the fields of its binary files.
+#[derive(Default)]
+pub(super) struct Painting {
+    pub(super) brushes: Vec<String>,
+    pub(super) strokes: Vec<PaintedStroke>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct PaintedStroke {
+    pub(super) brush: PaintedBrush,
+    pub(super) points: Vec<PaintedPoint>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct PaintedBrush {
+    /// -1 for a brush that the drawing does not list.
+    pub(super) index: i64,
+    pub(super) color: [f32; 3],
+    pub(super) size: f32,
+}
+
+#[derive(Deserialize)]
+pub(super) struct PaintedPoint {
+    pub(super) position: Point,
+    pub(super) orientation: Turn,
+    pub(super) pressure: f32,
+    pub(super) timestamp: f64,
+}
+
+/// A rotation `[x, y, z, w]` of any length but 0, normalised.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "[f32; 4]")]
+pub(super) struct Turn(pub(super) Quat);
+
+impl TryFrom<[f32; 4]> for Turn {
+    type Error = &'static str;
+
+    fn try_from(xyzw: [f32; 4]) -> Result<Self, Self::Error> {
+        let q = axes::unit(Quat::from_array(xyzw));
+        if q.is_finite() { Ok(Self(q)) } else { Err("a quaternion other than 0 is expected") }
+    }
 }
 
 #[derive(Deserialize)]
@@ -132,16 +177,17 @@ pub(super) fn read(input: Input<'_>, options: &OpenOptions, warnings: &mut Vec<S
         let result = Collect(&mut strokes).deserialize(&mut json);
         (Document::History(strokes), result)
     } else {
-        let mut raw = RawData::default();
-        let result = CollectRaw(&mut raw).deserialize(&mut json);
-        (Document::Raw(raw), result)
+        let (mut raw, mut painting) = (RawData::default(), Painting::default());
+        let result = CollectObject(&mut raw, &mut painting).deserialize(&mut json);
+        let is_painting = !painting.strokes.is_empty() || !painting.brushes.is_empty();
+        (if is_painting { Document::Painting(painting) } else { Document::Raw(raw) }, result)
     };
     let Err(error) = result.and_then(|()| json.end()) else { return Ok(document) };
     if error.is_io() {
         return Err(io(error.into()));
     }
-    let expected =
-        "a CASSIE sketch: a list of strokes, or an object with systemStates and allSketchedStrokes";
+    let expected = "a CASSIE sketch (a list of strokes, or an object with systemStates and allSketchedStrokes) or an \
+                    A-Painter drawing (an object with strokes and brushes)";
     let found = format!("text that does not fit ({error})");
     let error = Mismatch::new(expected, found).in_line(path, error.line() as u64);
     if !options.lenient {
@@ -177,10 +223,10 @@ impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Collect<'_, T> {
     }
 }
 
-/// Decodes `raw_data`; the elements before any damage are kept.
-struct CollectRaw<'a>(&'a mut RawData);
+/// Decodes `raw_data` or a drawing; the elements before any damage are kept.
+struct CollectObject<'a>(&'a mut RawData, &'a mut Painting);
 
-impl<'de> DeserializeSeed<'de> for CollectRaw<'_> {
+impl<'de> DeserializeSeed<'de> for CollectObject<'_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -188,7 +234,7 @@ impl<'de> DeserializeSeed<'de> for CollectRaw<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for CollectRaw<'_> {
+impl<'de> Visitor<'de> for CollectObject<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -201,6 +247,8 @@ impl<'de> Visitor<'de> for CollectRaw<'_> {
             match key.as_str() {
                 "systemStates" => map.next_value_seed(Collect(&mut self.0.states))?,
                 "allSketchedStrokes" => map.next_value_seed(Collect(&mut self.0.strokes))?,
+                "brushes" => map.next_value_seed(Collect(&mut self.1.brushes))?,
+                "strokes" => map.next_value_seed(Collect(&mut self.1.strokes))?,
                 _ => {
                     map.next_value::<IgnoredAny>()?;
                     continue;

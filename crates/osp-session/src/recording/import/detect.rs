@@ -3,12 +3,12 @@ use std::{io::Read, path::Path};
 use super::{
     apa, gltf,
     lines::{BYTE_ORDER_MARK, GZIP_MAGIC, gzip},
-    obj, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, poses, tilt, tilt_layout,
+    obj, open_apa, open_json, open_gltf, open_obj, open_poses, open_tilt, poses, tilt, tilt_layout,
 };
 use crate::recording::{OpenOptions, Session, error::Result, input::Input, opening::SNIFF_BYTES};
 
 pub(crate) const FORMATS: &[&str] =
-    &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
+    &[".tilt", ".apa", "the .json of CASSIE and A-Painter", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
 type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session>;
 
@@ -52,12 +52,12 @@ pub(crate) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
         (".obj.gz", open_obj),
         (".tilt", open_tilt),
         (".apa", open_apa),
-        (".json", open_cassie),
+        (".json", open_json),
         (".glb", open_gltf),
         (".gltf", open_gltf),
     ];
     let named = endings.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, opener)| opener);
     let json =
-        || matches!(start.trim_ascii_start().first(), Some(b'[' | b'{')).then_some(open_cassie as Opener);
+        || matches!(start.trim_ascii_start().first(), Some(b'[' | b'{')).then_some(open_json as Opener);
     named.or_else(json)
 }

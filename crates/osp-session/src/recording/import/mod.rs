@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | [`open_tilt`] | Tilt Brush and Open Brush `.tilt`, a zip or a folder | direction of travel |
 //! | [`open_apa`] | A-Painter `.apa` | local x spans the ribbon |
-//! | [`open_cassie`] | CASSIE `sketch_history` and `raw_data` json, one or both | none was recorded |
+//! | [`open_json`] | CASSIE `sketch_history` and `raw_data` json, one or both | none was recorded |
 //! | [`open_poses`] | tracker poses, one a line | local x is the normal |
 //! | [`open_obj`] | Wavefront `.obj` and `.obj.gz`: finished polygons | |
 //! | [`open_gltf`] | glTF 2.0 `.glb` and `.gltf`: finished polygons in nested groups | |
@@ -41,7 +41,7 @@ pub(crate) mod tilt_layout;
 mod tilt_metadata;
 
 pub(super) use apa::open_apa;
-pub(super) use cassie::open_cassie;
+pub(super) use cassie::open_json;
 pub(super) use detect::{FORMATS, by_contents, by_name};
 pub(super) use gltf::open_gltf;
 pub(super) use lines::BYTE_ORDER_MARK;

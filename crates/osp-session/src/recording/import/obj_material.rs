@@ -53,8 +53,8 @@ pub(super) struct Materials {
     room: Room,
     all: Vec<Material>,
     numbers: HashMap<String, usize>,
-    /// The pictures by name, as masks and as others.
-    textures: HashMap<(String, bool), Option<Arc<Texture>>>,
+    /// The pictures by path, as masks and as others.
+    textures: HashMap<(PathBuf, bool), Option<Arc<Texture>>>,
     /// Number of maps that are not shown, such as bump maps.
     other_maps: u64,
     warnings: Vec<String>,
@@ -123,13 +123,13 @@ impl Materials {
     /// Reads the files that a line names. A name may have spaces.
     pub(super) fn read(&mut self, names: &str) {
         let names = names.replace('\\', "/");
-        let is_file = |name: &str| find(self.model.input(), name).is_some();
+        let is_file = |name: &str| find(self.model.input(), None, name).is_some();
         let files: Vec<&str> = match is_file(&names) {
             true => vec![&*names],
             false => names.split_ascii_whitespace().collect(),
         };
         for name in files {
-            let found = find(self.model.input(), name);
+            let found = find(self.model.input(), None, name);
             let options = OpenOptions { lenient: true, ..self.options };
             let lines =
                 found.and_then(|path| LineReader::open(self.model.input().beside(&path), &options).ok());
@@ -163,7 +163,7 @@ impl Materials {
             }
             let Some(at) = at else { continue };
             let texture = match word {
-                "map_Kd" | "map_d" => self.texture(rest, word == "map_d"),
+                "map_Kd" | "map_d" => self.texture(&lines.path, rest, word == "map_d"),
                 _ => None,
             };
             let material = &mut self.all[at];
@@ -201,35 +201,30 @@ impl Materials {
     }
 
     /// The picture that a line names after its options.
-    fn texture(&mut self, line: &str, is_mask: bool) -> Option<(Arc<Texture>, [Wrap; 2])> {
+    fn texture(&mut self, beside: &Path, line: &str, is_mask: bool) -> Option<(Arc<Texture>, [Wrap; 2])> {
         let (name, wrap) = picture(line);
         if name.is_empty() {
             return None;
         }
-        let key = (name.clone(), is_mask);
-        if let Some(known) = self.textures.get(&key) {
-            return known.clone().map(|texture| (texture, wrap));
-        }
-        let decoded = find(self.model.input(), &name)
-            .ok_or_else(|| Mismatch::new("", "there is none beside the model"))
-            .and_then(|path| {
-                let mut bytes = Vec::new();
-                let file =
-                    self.model.input().beside(&path).open().and_then(|file| {
-                        file.take(self.options.limits.piped_bytes()).read_to_end(&mut bytes)
-                    });
-                file.map_err(|error| Mismatch::new("", error.to_string()))?;
-                Texture::decode(&bytes, is_mask.then_some(0.5), &mut self.room)
-            });
-        let found = match decoded {
-            Ok(texture) => Some(Arc::new(texture)),
-            Err(fault) => {
-                self.warn(format!("the texture {} is not shown: {}", shown(&name), fault.found));
-                None
-            }
+        let warning =
+            |fault: Mismatch| format!("the texture {} is not shown: {}", shown(&name), fault.found);
+        let Some(path) = find(self.model.input(), Some(beside), &name) else {
+            self.warn(warning(Mismatch::new("", "there is none beside the model or its materials")));
+            return None;
         };
-        self.textures.insert(key, found.clone());
-        found.map(|texture| (texture, wrap))
+        let key = (path, is_mask);
+        if !self.textures.contains_key(&key) {
+            let mut bytes = Vec::new();
+            let file = self.model.input().beside(&key.0).open();
+            let most = self.options.limits.piped_bytes();
+            let decoded = file
+                .and_then(|file| file.take(most).read_to_end(&mut bytes))
+                .map_err(|error| Mismatch::new("", error.to_string()))
+                .and_then(|_| Texture::decode(&bytes, is_mask.then_some(0.5), &mut self.room));
+            let found = decoded.map(Arc::new).map_err(|fault| self.warn(warning(fault))).ok();
+            self.textures.insert(key.clone(), found);
+        }
+        self.textures[&key].clone().map(|texture| (texture, wrap))
     }
 
     fn warn(&mut self, warning: String) {
@@ -262,15 +257,23 @@ impl Materials {
     }
 }
 
-/// The file of this name in the model's folder or below it. A path of another machine stands for its last part.
-fn find(model: Input<'_>, name: &str) -> Option<PathBuf> {
+/// The file of this name in the folder of its materials or of the model, or below. A path of another machine stands for
+/// its last part.
+fn find(model: Input<'_>, materials: Option<&Path>, name: &str) -> Option<PathBuf> {
     let last = name.rsplit('/').next().unwrap_or(name);
-    [name, last].into_iter().find_map(|name| {
-        let path = uri::file(name, model.path).ok()?;
+    let at = |beside: &Path, name: &str| {
+        // Materials in a folder of their own may name a neighbour of it.
+        let (mut beside, mut name) = (beside, name);
+        while let Some(above) = name.strip_prefix("../") {
+            (beside, name) = (beside.parent()?, above);
+        }
+        let path = uri::file(name, beside).ok()?;
         let is_here = model.beside(&path).is_file()
             && model.beside(&path).lies_within(uri::folder(model.path)).unwrap_or(false);
         is_here.then_some(path)
-    })
+    };
+    let folders = || materials.into_iter().chain([model.path]);
+    [name, last].into_iter().find_map(|name| folders().find_map(|beside| at(beside, name)))
 }
 
 /// The picture that a line names after its options.
@@ -299,19 +302,19 @@ fn picture(line: &str) -> (String, [Wrap; 2]) {
 
 /// The files of the materials that a model names in its first lines, and their pictures.
 pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
-    let lines_of = |path: &Path| {
-        let mut lines = LineReader::open(Input::on_disk(path), &OpenOptions::LENIENT).ok();
-        std::iter::from_fn(move || lines.as_mut()?.next_line().ok().flatten()).take(MOST_LINES)
+    let named = |file: &Path, materials: Option<&Path>| -> Vec<PathBuf> {
+        let mut lines = LineReader::open(Input::on_disk(file), &OpenOptions::LENIENT).ok();
+        let lines = std::iter::from_fn(move || lines.as_mut()?.next_line().ok().flatten()).take(MOST_LINES);
+        let name = |line: String| {
+            let (word, rest) = line.trim_ascii().split_once(|c: char| c.is_ascii_whitespace())?;
+            let name = if word == "mtllib" { rest.replace('\\', "/") } else { picture(rest).0 };
+            let is_file = word == "mtllib" || word.starts_with("map_");
+            is_file.then(|| find(Input::on_disk(path), materials, name.trim_ascii())).flatten()
+        };
+        lines.filter_map(name).collect()
     };
-    let named = |line: &str| {
-        let (word, rest) = line.trim_ascii().split_once(|c: char| c.is_ascii_whitespace())?;
-        let name = if word == "mtllib" { rest.replace('\\', "/") } else { picture(rest).0 };
-        let is_file = word == "mtllib" || word.starts_with("map_");
-        is_file.then(|| find(Input::on_disk(path), name.trim_ascii())).flatten()
-    };
-    let mut files: Vec<PathBuf> = lines_of(path).filter_map(|line| named(&line)).collect();
-    let pictures: Vec<PathBuf> =
-        files.iter().flat_map(|file| lines_of(file)).filter_map(|line| named(&line)).collect();
+    let mut files = named(path, None);
+    let pictures: Vec<PathBuf> = files.iter().flat_map(|file| named(file, Some(file))).collect();
     files.extend(pictures);
     files
 }

@@ -1,10 +1,10 @@
 //! Textures of models: decoded pictures, and their mean colour over a polygon.
 
-use std::sync::LazyLock;
+use std::{io::Cursor, sync::LazyLock};
 
 use glam::{Vec2, Vec4};
 
-use crate::recording::{Limits, error::Mismatch};
+use crate::recording::{Limits, error::Mismatch, opening::LFS_POINTER};
 
 /// Number of texels of all pictures of a model for each polygon that the limits allow: 64 million by default, which
 /// decode in about a second.
@@ -93,11 +93,12 @@ impl Mean {
 }
 
 impl Texture {
-    /// Decodes a PNG or JPEG. With a cutoff, texels are opaque or transparent.
+    /// Decodes a PNG, JPEG or WebP. With a cutoff, texels are opaque or transparent.
     pub(super) fn decode(bytes: &[u8], cutoff: Option<f32>, room: &mut Room) -> Result<Self, Mismatch> {
         let mut top = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes, room)?,
             [0xFF, 0xD8, ..] => jpeg(bytes, room)?,
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => webp(bytes, room)?,
             _ => return Err(Mismatch::new(PICTURE, kind_of(bytes))),
         };
         if let Some(cutoff) = cutoff {
@@ -164,12 +165,12 @@ const SAMPLES: [[f32; 3]; 16] = {
     samples
 };
 
-const PICTURE: &str = "a picture as PNG or JPEG";
+const PICTURE: &str = "a picture as PNG, JPEG or WebP";
 
 fn kind_of(bytes: &[u8]) -> String {
     const KNOWN: [(&[u8], &str); 6] = [
         (b"\xABKTX 20", "KTX2"),
-        (b"RIFF", "WebP"),
+        (LFS_POINTER, "a pointer of Git LFS in place of the picture"),
         (b"DDS ", "DDS"),
         (b"BM", "BMP"),
         (b"GIF8", "GIF"),
@@ -189,41 +190,59 @@ fn take(room: &mut Room, width: usize, height: usize) -> Result<usize, Mismatch>
     Ok(texels)
 }
 
+/// A picture of one to four channels: grey, grey and opacity, colours, colours and opacity.
+fn level(width: usize, raw: &[u8], channels: usize) -> Level {
+    let texels = raw.chunks_exact(channels).map(|texel| match *texel {
+        [v] => [v, v, v, 255],
+        [v, a] => [v, v, v, a],
+        [r, g, b] => [r, g, b, 255],
+        _ => [texel[0], texel[1], texel[2], texel[3]],
+    });
+    Level { width, texels: texels.collect() }
+}
+
 fn png(bytes: &[u8], room: &mut Room) -> Result<Level, Mismatch> {
-    let fault = |error: png::DecodingError| Mismatch::new(PICTURE, format!("a damaged PNG ({error})"));
-    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    let fault = |error: png::DecodingError| damaged("PNG", &error);
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     decoder.ignore_checksums(true);
     let mut reader = decoder.read_info().map_err(fault)?;
-    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    take(room, width, height)?;
+    let width = reader.info().width as usize;
+    take(room, width, reader.info().height as usize)?;
     let mut raw = vec![0; reader.output_buffer_size().unwrap_or_default()];
-    let info = reader.next_frame(&mut raw).map_err(fault)?;
-    raw.truncate(info.buffer_size());
-    let texels = match info.color_type {
-        png::ColorType::Grayscale => raw.iter().map(|&v| [v, v, v, 255]).collect(),
-        png::ColorType::GrayscaleAlpha => raw.as_chunks().0.iter().map(|&[v, a]| [v, v, v, a]).collect(),
-        png::ColorType::Rgba => raw.as_chunks().0.to_vec(),
-        _ => raw.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect(),
-    };
-    Ok(Level { width, texels })
+    let frame = reader.next_frame(&mut raw).map_err(fault)?;
+    raw.truncate(frame.buffer_size());
+    Ok(level(width, &raw, frame.color_type.samples()))
 }
 
 fn jpeg(bytes: &[u8], room: &mut Room) -> Result<Level, Mismatch> {
     use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
-    let fault =
-        |error: zune_jpeg::errors::DecodeErrors| Mismatch::new(PICTURE, format!("a damaged JPEG ({error})"));
+    let fault = |error: zune_jpeg::errors::DecodeErrors| damaged("JPEG", &error);
     let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
     let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(fault)?;
     let (width, height) = decoder.dimensions().unwrap_or_default();
     let texels = take(room, width, height)?;
     let raw = decoder.decode().map_err(fault)?;
-    let decoded = raw.as_chunks().0.to_vec();
-    match decoded.len() == texels {
-        true => Ok(Level { width, texels: decoded }),
+    match raw.len() == 4 * texels {
+        true => Ok(level(width, &raw, 4)),
         false => Err(Mismatch::new(PICTURE, "a JPEG of other colours")),
     }
+}
+
+fn webp(bytes: &[u8], room: &mut Room) -> Result<Level, Mismatch> {
+    let fault = |error: image_webp::DecodingError| damaged("WebP", &error);
+    let mut decoder = image_webp::WebPDecoder::new(Cursor::new(bytes)).map_err(fault)?;
+    let (width, height) = decoder.dimensions();
+    let texels = take(room, width as usize, height as usize)?;
+    let channels = if decoder.has_alpha() { 4 } else { 3 };
+    let mut raw = vec![0; texels * channels];
+    decoder.read_image(&mut raw).map_err(fault)?;
+    Ok(level(width as usize, &raw, channels))
+}
+
+fn damaged(kind: &str, error: &dyn std::fmt::Display) -> Mismatch {
+    Mismatch::new(PICTURE, format!("a damaged {kind} ({error})"))
 }
 
 static LINEAR: LazyLock<[f32; 256]> =

@@ -2,17 +2,21 @@
 
 use std::{collections::HashMap, io::Read, path::Path, path::PathBuf};
 
-use gltf_json::{Root, deserialize};
+use glam::{DMat4, DQuat, DVec3};
+use gltf_json::{Buffer, Node, Root, deserialize};
+use serde::Deserialize;
 
 use super::{Damage, extensions, packed, uri};
 use crate::recording::{
     Limits, Place, RecordingError,
     error::{Mismatch, Result, beyond},
     import::{
+        FAR_M,
         lines::{BYTE_ORDER_MARK, shown},
         tilt_fields::{MOST_CHARS, shorten},
     },
     input::Input,
+    opening::LFS_POINTER,
 };
 
 pub(crate) const MAGIC: &[u8] = b"glTF";
@@ -27,9 +31,36 @@ const BYTES_A_POLYGON: u64 = 256;
 /// up to 32 bytes.
 const POLYGONS_AN_OBJECT: u64 = 16;
 
+/// The place of a node in full: the crate's types round it to `f32`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct NodePlace {
+    pub(super) translation: Option<DVec3>,
+    pub(super) rotation: Option<DQuat>,
+    pub(super) scale: Option<DVec3>,
+    pub(super) matrix: Option<DMat4>,
+}
+
+/// The places of the nodes, read again if one of them lies far from the origin of its parent; else nothing.
+fn far_places(root: &Root, json: &[u8]) -> Vec<NodePlace> {
+    #[derive(Default, Deserialize)]
+    struct Places {
+        nodes: Vec<NodePlace>,
+    }
+    let is_far = |node: &Node| {
+        let places = [node.translation.unwrap_or_default(), node.matrix.map_or([0.0; 3], |m| [m[12], m[13], m[14]])];
+        places.as_flattened().iter().any(|at| f64::from(at.abs()) >= FAR_M)
+    };
+    match root.nodes.iter().any(is_far) {
+        true => serde_json::from_slice::<Places>(json).unwrap_or_default().nodes,
+        false => Vec::new(),
+    }
+}
+
 pub(super) struct File {
     pub(super) path: PathBuf,
     pub(super) root: Root,
+    /// The places of far nodes, and of all others then.
+    pub(super) places: Vec<NodePlace>,
     pub(super) buffers: Vec<Vec<u8>>,
     /// The bytes of packed buffer views.
     pub(super) unpacked: HashMap<usize, Vec<u8>>,
@@ -51,13 +82,13 @@ impl File {
         let mut left = most - bytes.len() as u64;
         let is_binary = bytes.starts_with(MAGIC);
         if !is_binary {
-            let root = parse(path, 0, &bytes, limits)?;
+            let (root, places) = parse(path, 0, &bytes, limits)?;
             drop(bytes);
             let buffers = read_buffers(input, &root, None, &mut left, damage)?;
-            return Self::of(path, root, buffers, is_binary, left, damage);
+            return Self::of(path, (root, places), buffers, is_binary, left, damage);
         }
         let json = binary_json(path, &bytes, damage)?;
-        let root = parse(path, json.start, &bytes[json.clone()], limits)?;
+        let (root, places) = parse(path, json.start, &bytes[json.clone()], limits)?;
         let binary = binary_chunk(path, &bytes, json.end, damage)?;
         let binary = binary.map(|range| {
             bytes.truncate(range.end);
@@ -65,24 +96,29 @@ impl File {
             bytes
         });
         let buffers = read_buffers(input, &root, binary, &mut left, damage)?;
-        Self::of(path, root, buffers, is_binary, left, damage)
+        Self::of(path, (root, places), buffers, is_binary, left, damage)
     }
 
     /// Unpacks packed buffers and meshes.
     fn of(
         path: &Path,
-        root: Root,
+        (root, places): (Root, Vec<NodePlace>),
         buffers: Vec<Vec<u8>>,
         is_binary: bool,
         left: u64,
         damage: &mut Damage,
     ) -> Result<Self> {
         let path = path.to_owned();
-        let mut file = Self { path, root, buffers, unpacked: HashMap::new(), is_binary, most_bytes: left };
+        let mut file = Self { path, root, places, buffers, unpacked: HashMap::new(), is_binary, most_bytes: left };
         for fault in packed::unpack(&mut file) {
             damage.note(&file.path, fault)?;
         }
         Ok(file)
+    }
+
+    /// Whether osp has written the file.
+    pub(super) fn is_ours(&self) -> bool {
+        self.root.asset.generator.as_ref().is_some_and(|by| by.starts_with("osp "))
     }
 
     /// The bytes of a buffer view.
@@ -190,7 +226,7 @@ fn binary_chunk(
     Ok(None)
 }
 
-fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root> {
+fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<(Root, Vec<NodePlace>)> {
     // These counts estimate the memory of the JSON before it is parsed.
     let count = |of: &[u8]| json.iter().filter(|byte| of.contains(byte)).count() as u64;
     let bounds = [
@@ -232,7 +268,8 @@ fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root
         return Err(Mismatch::new("a glTF file with meshes of a kind that osp reads", found).in_file(path));
     }
     root.extensions_required.clear();
-    Ok(root)
+    let places = far_places(&root, json);
+    Ok((root, places))
 }
 
 /// The JSON with what some programs leave out: the list of nodes of an empty scene.
@@ -264,9 +301,10 @@ fn read_buffers(
     damage: &mut Damage,
 ) -> Result<Vec<Vec<u8>>> {
     let path = input.path;
+    let is_packed_elsewhere = packed_elsewhere(root);
     let mut buffers = Vec::new();
     for (buffer, number) in root.buffers.iter().zip(0..) {
-        let is_fallback = buffer.extensions.as_ref().is_some_and(|of| !of.others.is_empty());
+        let is_fallback = is_packed_elsewhere[number];
         let content = match (&buffer.uri, number) {
             // Another buffer holds its contents, packed.
             (None, _) if is_fallback && (number > 0 || binary.is_none()) => {
@@ -291,6 +329,11 @@ fn read_buffers(
             }
         };
         let expected = buffer.byte_length.0;
+        if content.starts_with(LFS_POINTER) {
+            let found = "a pointer of Git LFS in its place (`git lfs pull` gets the file)";
+            damage.note(path, Mismatch::new(format!("the contents of buffer {number}"), found))?;
+            content.clear();
+        }
         if (content.len() as u64) < expected && !(content.is_empty() && damage.is_lenient) {
             let found = format!("{} bytes", content.len());
             damage.note(path, Mismatch::new(format!("{expected} bytes of buffer {number}"), found))?;
@@ -299,6 +342,19 @@ fn read_buffers(
         buffers.push(content);
     }
     Ok(buffers)
+}
+
+/// For each buffer, whether an extension of it or of all its views says where the packed bytes lie.
+fn packed_elsewhere(root: &Root) -> Vec<bool> {
+    let mut plain_views = vec![None; root.buffers.len()];
+    for view in &root.buffer_views {
+        if let Some(count) = plain_views.get_mut(view.buffer.value()) {
+            let is_packed = view.extensions.as_ref().is_some_and(|of| !of.others.is_empty());
+            *count = Some(count.unwrap_or(0) + u32::from(!is_packed));
+        }
+    }
+    let has = |buffer: &Buffer| buffer.extensions.as_ref().is_some_and(|of| !of.others.is_empty());
+    root.buffers.iter().zip(plain_views).map(|(buffer, plain)| has(buffer) || plain == Some(0)).collect()
 }
 
 /// Reads a buffer from a separate file. The outer error is a limit or a system error; the inner error is a fault of the
@@ -348,7 +404,7 @@ pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
         false => Ok(0..bytes.len()),
     };
     let root = json.and_then(|json| parse(path, json.start, &bytes[json], &Limits::DEFAULT));
-    let uris = root.into_iter().flat_map(|root| {
+    let uris = root.into_iter().flat_map(|(root, _)| {
         let buffers = root.buffers.into_iter().filter_map(|buffer| buffer.uri);
         buffers.chain(root.images.into_iter().filter_map(|image| image.uri)).collect::<Vec<_>>()
     });

@@ -11,7 +11,7 @@ pub(super) const BRUSH: &str = "GOOGLE_tilt_brush_material";
 pub(super) const VISIBLE: &str = "KHR_node_visibility";
 
 /// Extensions that are applied, or change nothing that is seen.
-const SHOWN: [&str; 19] = [
+const SHOWN: [&str; 20] = [
     BRUSH,
     MESHOPT[0],
     MESHOPT[1],
@@ -29,6 +29,7 @@ const SHOWN: [&str; 19] = [
     "EXT_mesh_features",
     "EXT_mesh_manifold",
     "EXT_structural_metadata",
+    "EXT_texture_webp",
     "FB_ngon_encoding",
     "MAXAR_mesh_variants",
 ];

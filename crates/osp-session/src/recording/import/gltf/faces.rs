@@ -11,6 +11,7 @@ use super::{
     container::File,
     surfaces::{Surface, Surfaces},
 };
+use crate::brush::{Brush, BrushAtRest};
 use crate::recording::{
     Author, Event,
     error::Mismatch,
@@ -57,7 +58,7 @@ impl Faces {
                 Err(expected) => {
                     fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
                 }
-                Ok(()) if mesh.surface.brush.is_some() => out.push(Painted::by_brush(&corners)),
+                Ok(()) if mesh.brush.is_some() => out.push(Painted::by_brush(&corners)),
                 Ok(()) => splitter.paint(&corners, &look, out),
             }
         };
@@ -98,6 +99,7 @@ struct Mesh<'a> {
     normals: Option<Elements<'a>>,
     uvs: Option<Elements<'a>>,
     surface: &'a Surface,
+    brush: Option<&'static Brush>,
     residual: DAffine3,
     /// Transform of normals.
     turn: Mat3,
@@ -123,7 +125,11 @@ impl<'a> Mesh<'a> {
         };
         let positions = attribute(Semantic::Positions)?.filter(|of| of.width == 3);
         let positions = positions.ok_or_else(|| Mismatch::new("positions as VEC3", "none"))?;
-        let colors = attribute(Semantic::Colors(0))?.filter(|of| of.width >= 3);
+        let surface = surfaces.of(primitive.material.map(|material| material.value()));
+        let brush = surface.brush_of(primitive);
+        // A brush of our own files has its colours beside those that other programs show.
+        let own = u32::from(brush.is_some() && surface.brush.is_none());
+        let colors = attribute(Semantic::Colors(own))?.filter(|of| of.width >= 3);
         if let Some(colors) = &colors
             && colors.len() < positions.len()
         {
@@ -134,7 +140,6 @@ impl<'a> Mesh<'a> {
         if indices.as_ref().is_some_and(|indices| indices.width != 1) {
             return Err(Mismatch::new("indices as SCALAR", "vectors"));
         }
-        let surface = surfaces.of(primitive.material.map(|material| material.value()));
         let uvs = attribute(Semantic::TexCoords(surface.coordinates))?.filter(|of| of.width == 2);
         let normals = attribute(Semantic::Normals)?.filter(|of| of.width == 3);
         Ok(Some(Self {
@@ -145,6 +150,7 @@ impl<'a> Mesh<'a> {
             indices,
             mode,
             surface,
+            brush,
             turn: turn_of(residual),
             residual: *residual,
         }))
@@ -177,6 +183,8 @@ impl<'a> Mesh<'a> {
         let color = self.colors.as_ref().map_or([1.0; 4], |colors| colors.vector(at, [1.0; 4]));
         let [u, v, ..] = self.uvs.as_ref().map_or([0.0; 4], |uvs| uvs.vector(at, [0.0; 4]));
         let uv = self.surface.transform.transform_point2(Vec2::new(u, v));
+        let is_ours = self.surface.brush.is_none();
+        let uv = self.brush.filter(|_| is_ours).map_or(uv, |brush| BrushAtRest::brush_uv(brush, uv));
         let [x, y, z, _] = self.normals.as_ref().map_or([0.0; 4], |normals| normals.vector(at, [0.0; 4]));
         let normal = self.turn * Vec3::new(x, y, z);
         Corner { p: self.position(number), normal, uv, color: Vec4::from(color) }

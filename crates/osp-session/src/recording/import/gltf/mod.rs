@@ -152,8 +152,10 @@ impl Gltf {
     fn push_polygons(&mut self, part: &mut Part, polygons: Vec<Painted>) {
         self.polygons += polygons.len() as u64;
         let mesh = part.node.mesh.and_then(|mesh| self.file.root.meshes.get(mesh));
-        let material = mesh.and_then(|mesh| mesh.primitives.get(part.primitive)?.material);
-        let brush = self.surfaces.of(material.map(|material| material.value())).brush;
+        let brush = mesh.and_then(|mesh| mesh.primitives.get(part.primitive)).and_then(|primitive| {
+            let material = primitive.material.map(|material| material.value());
+            self.surfaces.of(material).brush_of(primitive)
+        });
         for polygon in polygons {
             let opacity = polygon.color[3];
             let known = part.strokes.get(&opacity).copied();

@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 use gltf_json::{mesh::Semantic, scene::Node, validation::Checked};
 
-use super::{Damage, accessor::Elements, container::File, extensions};
+use super::{Damage, accessor::Elements, container::{File, NodePlace}, extensions};
 use crate::recording::{
     Author, Event, GroupId, Limits, StrokeId, Transform,
     error::{Mismatch, Result},
-    import::{axes, group_name, origin_of},
+    import::{FAR_M, axes, group_name, origin_of},
 };
 
 /// Largest depth of nested groups. The mesh of a deeper node belongs to the group of an ancestor.
@@ -100,7 +100,7 @@ fn plan_at(file: &File, origin: DVec3, limits: &Limits, damage: &mut Damage) -> 
         if visible == Some(false) {
             continue;
         }
-        let local = local_transform(described);
+        let local = local_transform(file, node);
         let world = visit.world * local;
         out.note_seen(described, world);
         let mut below = Visit { depth: visit.depth + 1, residual: visit.residual * local, world, ..visit };
@@ -144,10 +144,12 @@ impl Nodes {
         }
         let parent = above.map(|above| above.group);
         let group = GroupId(at.node as u32);
-        let (transform, rest) = split(described, at.residual, local_transform(described));
+        let (transform, rest) = split(described, at.residual, local_transform(file, at.node));
         let place = Event::Place { author: Author::SOLE, t: 0.0, group, to: transform };
         let mut to = None;
         below.residual = match place.check() {
+            // A far place is rounded by the group's transform, but not by that of the vertices.
+            Ok(()) if below.residual.translation.abs().max_element() >= FAR_M => below.residual,
             Ok(()) => {
                 to = Some(transform).filter(|to| !is_identity(to));
                 rest
@@ -311,21 +313,23 @@ fn name_of(file: &File, node: &Node) -> Option<String> {
     Some(group_name(name))
 }
 
-fn local_transform(node: &Node) -> DAffine3 {
-    if let Some(matrix) = node.matrix {
-        let m = matrix.map(f64::from);
-        let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
-        return DAffine3 {
-            matrix3: DMat3::from_cols(column(0), column(1), column(2)),
-            translation: column(3),
-        };
+fn local_transform(file: &File, number: usize) -> DAffine3 {
+    let node = &file.root.nodes[number];
+    let rounded = NodePlace {
+        translation: node.translation.map(|p| Vec3::from(p).as_dvec3()),
+        rotation: Some(rotation(node).as_dquat()),
+        scale: node.scale.map(|s| Vec3::from(s).as_dvec3()),
+        matrix: node.matrix.map(|matrix| DMat4::from_cols_array(&matrix.map(f64::from))),
+    };
+    let NodePlace { translation, rotation, scale, matrix } = file.places.get(number).copied().unwrap_or(rounded);
+    match matrix {
+        Some(matrix) => DAffine3::from_mat4(matrix),
+        None => DAffine3::from_scale_rotation_translation(
+            scale.unwrap_or(DVec3::ONE),
+            rotation.unwrap_or_default().normalize(),
+            translation.unwrap_or_default(),
+        ),
     }
-    let [p, s] = [node.translation.unwrap_or([0.0; 3]), node.scale.unwrap_or([1.0; 3])].map(Vec3::from);
-    DAffine3::from_scale_rotation_translation(
-        s.as_dvec3(),
-        rotation(node).as_dquat().normalize(),
-        p.as_dvec3(),
-    )
 }
 
 fn rotation(node: &Node) -> Quat {

@@ -6,6 +6,7 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 use gltf_json::{
     image::Image,
     material::{AlphaMode, Material},
+    mesh::{Primitive, Semantic},
     texture::{Info, Sampler, WrappingMode},
     validation::Checked,
 };
@@ -43,6 +44,16 @@ pub(super) struct Surface {
     pub(super) transform: Affine2,
     /// The brush of Tilt Brush or Open Brush that has painted the surface.
     pub(super) brush: Option<&'static Brush>,
+    /// The same in a file of our own, in which the texture and the first colours show the brush to other programs.
+    own_brush: Option<&'static Brush>,
+}
+
+impl Surface {
+    /// The brush that has painted a primitive of this material.
+    pub(super) fn brush_of(&self, primitive: &Primitive) -> Option<&'static Brush> {
+        let has_colors = primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(1)));
+        self.brush.or(self.own_brush.filter(|_| has_colors))
+    }
 }
 
 impl Default for Surface {
@@ -57,6 +68,7 @@ impl Default for Surface {
             coordinates: 0,
             transform: Affine2::IDENTITY,
             brush: None,
+            own_brush: None,
         }
     }
 }
@@ -151,6 +163,7 @@ impl Reader<'_> {
             base: Vec4::from(base),
             emission: Vec3::from(material.emissive_factor.0) * strength,
             alpha,
+            own_brush: material.name.as_deref().filter(|_| self.file.is_ours()).and_then(brush::find),
             ..Surface::default()
         };
         let of_texels = matches!(alpha, Alpha::Mask(_)).then(|| cutoff / base[3].max(f32::MIN_POSITIVE));
