@@ -161,10 +161,7 @@ fn describe(start: &[u8]) -> String {
 /// What a file is, whatever its name says, if its first bytes are those of no session.
 fn foreign(start: &[u8]) -> Option<&'static str> {
     const KNOWN: [(&[u8], &str); 13] = [
-        (
-            LFS_POINTER,
-            "a pointer of Git LFS in place of the file (`git lfs pull` gets the file)",
-        ),
+        (LFS_POINTER, "a pointer of Git LFS in place of the file (`git lfs pull` gets the file)"),
         (b"<!doctype html", "a page of HTML, as from a failed download"),
         (b"<html", "a page of HTML, as from a failed download"),
         (b"\xFF\xFE", "text in UTF-16 (save it as UTF-8)"),

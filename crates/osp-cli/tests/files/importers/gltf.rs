@@ -4,10 +4,14 @@ use std::path::Path;
 
 use glam::{Quat, Vec3};
 use osp_session::{
-    export::{ExportOptions, write_glb},
-    recording::{Event, Header, Limits, OpenOptions, SynthKind, open, synthesize},
+    export::{ExportOptions, Objects, write_glb},
+    recording::{
+        Event, GroupId, Header, Limits, OpenOptions, StrokeId, SynthKind, Transform, open, synthesize,
+    },
     scene::Scene,
 };
+
+use osp_testkit::events::{SOLE, polygon};
 
 use super::files::{glb, read, read_sound, small_glb, small_gltf, write};
 
@@ -184,26 +188,72 @@ fn sparse_and_quantised_positions() {
     }
 }
 
-/// The models of our own sessions come back: as many polygons, of the same area, in the same place.
+/// The models of our own sessions come back, however they are written: as many polygons, of the same area, opacity and
+/// place. Small vertices lie on a grid of at most half a millimetre, and float ones where they were.
 #[test]
 fn what_was_exported_comes_back() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["room", "grow"] {
-        let (_, scene) = scene_of(
-            &Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings"))
-                .join(name)
-                .with_extension("ron"),
-        );
+    let room = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings/room.ron"));
+    let glass = |x: f32| polygon(None, [Vec3::X * x, Vec3::Y, Vec3::Z], (0.2, 0.4, 0.6, 0.5));
+    let whole = |is_compressed| Objects::Whole { is_compressed };
+    for (objects, length_m, step_m) in [
+        (Objects::Layers, 1.0, 0.0),
+        (Objects::Strokes, 1.0, 0.0),
+        (whole(false), 1.0, 5.0e-4),
+        (whole(cfg!(feature = "render")), 1.0, 5.0e-4),
+        // Sixteen bits are too few for a model of a kilometre.
+        (whole(false), 1000.0, 0.0),
+    ] {
+        let (_, mut scene) = scene_of(room);
+        scene.apply(&glass(length_m), &mut Vec::new());
         let mut bytes = Vec::new();
-        let counts = write_glb(&scene, name, &ExportOptions::default(), &mut bytes).unwrap();
-        let (_, mut back) = scene_of(&write(folder.path(), "back.glb", &bytes));
-        assert_eq!(back.counts().visible, counts.polygons, "{name}");
-        let area =
-            |scene: &Scene| scene.visible_ids().map(|id| f64::from(scene.polygon(id).area_m2())).sum::<f64>();
-        assert!((area(&back) / area(&scene) - 1.0).abs() < 1.0e-9, "{name}");
-        let bounds = scene.visible_ids().map(|id| scene.bounds(id)).reduce(|a, b| a.union(&b)).unwrap();
-        assert_eq!(back.group_tree()[0].bounds, bounds, "{name}");
+        let options = ExportOptions { objects, ..ExportOptions::default() };
+        let counts = write_glb(&scene, "a", &options, &mut bytes).unwrap();
+        let (_, back) = scene_of(&write(folder.path(), "back.glb", &bytes));
+        assert_eq!(back.counts().visible, counts.polygons, "{objects:?}");
+        let of = |scene: &Scene| {
+            let ids = || scene.visible_ids();
+            let area = ids().map(|id| f64::from(scene.polygon(id).area_m2())).sum::<f64>();
+            let glass = ids().filter(|&id| (scene.color(id).3 - 0.5).abs() < 0.01).count();
+            (area, glass, ids().map(|id| scene.bounds(id)).reduce(|a, b| a.union(&b)).unwrap())
+        };
+        let ((area, glass, bounds), (area_back, glass_back, bounds_back)) = (of(&scene), of(&back));
+        assert!((area_back / area - 1.0).abs() < if step_m > 0.0 { 1.0e-3 } else { 1.0e-9 }, "{objects:?}");
+        assert_eq!((glass, glass_back), (1, 1), "{objects:?}");
+        let off = (bounds.min - bounds_back.min).abs().max((bounds.max - bounds_back.max).abs());
+        assert!(off.max_element() <= step_m, "{objects:?}: {bounds:?}, {bounds_back:?}");
     }
+}
+
+/// A polygon at infinity is counted, not written; and nothing is a file, too.
+#[test]
+fn what_a_file_cannot_hold_is_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = |stroke| polygon(stroke, [Vec3::X, Vec3::Y, Vec3::Z], (1.0, 0.5, 0.0, 1.0));
+    let far = |group| SOLE.placed(group, Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e30 });
+    let (inner, outer) = (GroupId(1), GroupId(2));
+    let events = [
+        triangle(None),
+        triangle(Some(StrokeId(1))),
+        SOLE.grouped(outer, [], None),
+        SOLE.grouped(inner, [StrokeId(1)], Some(outer)),
+        far(inner),
+        far(outer),
+    ];
+    let mut scene = Scene::new();
+    scene.apply_all(&events, &mut Vec::new());
+    let written = |scene: &Scene| {
+        let mut bytes = Vec::new();
+        let counts = write_glb(scene, "a", &ExportOptions::default(), &mut bytes).unwrap();
+        (counts, write(folder.path(), "a.glb", &bytes))
+    };
+    let (counts, path) = written(&scene);
+    assert_eq!((counts.polygons, counts.not_finite), (1, 1));
+    assert_eq!(scene_of(&path).1.counts().visible, 1);
+    let (counts, path) = written(&Scene::new());
+    assert_eq!(counts.polygons, 0);
+    let error = read(&path, false).error.unwrap().to_string();
+    assert!(error.contains("none in 0 meshes"), "{error}");
 }
 
 /// A brush comes back as itself: as many polygons of each brush and colour, with the same texture.

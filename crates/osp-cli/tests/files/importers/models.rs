@@ -151,7 +151,10 @@ fn what_cannot_be_read_is_named() {
     for (bytes, expected) in [
         (&b"<!DOCTYPE html><title>404"[..], "a page of HTML"),
         (b"\xFF\xFEv\0 \x001\0", "UTF-16"),
-        (br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"b.bin"}]}"#, "a pointer of Git LFS"),
+        (
+            br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"b.bin"}]}"#,
+            "a pointer of Git LFS",
+        ),
         (b"\x67\x6C\x54\x46\x01\0\0\0\x20\0\0\0", "glTF 1.0"),
     ] {
         let error = read(&write(folder.path(), "a.glb", bytes), false).error.expect("refused").to_string();

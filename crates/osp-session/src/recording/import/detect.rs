@@ -3,12 +3,21 @@ use std::{io::Read, path::Path};
 use super::{
     apa, gltf,
     lines::{BYTE_ORDER_MARK, GZIP_MAGIC, gzip},
-    obj, open_apa, open_json, open_gltf, open_obj, open_poses, open_tilt, poses, tilt, tilt_layout,
+    obj, open_apa, open_gltf, open_json, open_obj, open_poses, open_tilt, poses, tilt, tilt_layout,
 };
 use crate::recording::{OpenOptions, Session, error::Result, input::Input, opening::SNIFF_BYTES};
 
-pub(crate) const FORMATS: &[&str] =
-    &[".tilt", ".apa", "the .json of CASSIE and A-Painter", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
+pub(crate) const FORMATS: &[&str] = &[
+    ".tilt",
+    ".apa",
+    "the .json of CASSIE and A-Painter",
+    ".poses",
+    ".obj",
+    ".poses.gz",
+    ".obj.gz",
+    ".glb",
+    ".gltf",
+];
 
 type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session>;
 

@@ -85,6 +85,8 @@ struct Sniffed {
     unit_m: f64,
     /// The point that becomes the origin, in metres and our axes.
     origin: DVec3,
+    /// The brightest colour of a vertex: 1, or 255 in files of some programs.
+    full_color: f32,
 }
 
 impl Sniffed {
@@ -92,7 +94,7 @@ impl Sniffed {
     fn of(input: Input<'_>, options: &OpenOptions) -> Self {
         let (mut up, mut unit_m) = (options.up, options.unit_m);
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut count = 0;
+        let (mut count, mut full_color) = (0, 1.0);
         let mut lines = LineReader::open(input, &OpenOptions { lenient: true, ..*options }).ok();
         while let Some(Ok(Some(line))) = lines.as_mut().map(LineReader::next_line) {
             if let Some(comment) = line.strip_prefix('#').filter(|_| count == 0) {
@@ -105,12 +107,21 @@ impl Sniffed {
             {
                 (min, max) = (min.min(p), max.max(p));
                 count += 1;
+                let more: Vec<f32> = fields.filter_map(|field| field.parse().ok()).take(3).collect();
+                if more.len() == 3 {
+                    full_color = full_color_of(&more).max(full_color);
+                }
                 if count == SNIFFED_VERTICES {
                     break;
                 }
             }
         }
-        let mut of = Self { up: up.unwrap_or_default(), unit_m: unit_m.unwrap_or(1.0), origin: DVec3::ZERO };
+        let mut of = Self {
+            up: up.unwrap_or_default(),
+            unit_m: unit_m.unwrap_or(1.0),
+            origin: DVec3::ZERO,
+            full_color,
+        };
         if count > 0 {
             of.origin = super::origin_of(of.placed(min), of.placed(max));
         }
@@ -121,6 +132,11 @@ impl Sniffed {
     fn placed(&self, p: DVec3) -> DVec3 {
         self.up.turned(p) * self.unit_m - self.origin
     }
+}
+
+/// The brightest colour in a file with this colour: some programs count to 255. A little more than 1 is 1, rounded.
+fn full_color_of(color: &[f32]) -> f32 {
+    if color.iter().any(|c| *c > 2.0) { 255.0 } else { 1.0 }
 }
 
 /// The unit that a comment such as `# File units = inches` states.
@@ -271,8 +287,7 @@ impl Obj {
             }
         };
         if let Some(color) = color {
-            // Some programs count to 255.
-            let most = if color.iter().any(|c| *c > 1.0) { 255.0 } else { 1.0 };
+            let most = full_color_of(&color).max(self.frame.full_color);
             self.colors.resize(self.positions.len() - 1, None);
             self.colors.push(Some(color.map(|c| (c / most * 255.0).round() as u8)));
         }
@@ -314,11 +329,7 @@ impl Obj {
                 break;
             }
         }
-        let vertices = corners.iter().map(|corner| corner.p).collect();
-        let color = (0.0, 0.0, 0.0, 0.0);
-        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color }
-            .check()
-            .map_err(|expected| Mismatch::new(expected, shown(line)))?;
+        Corner::check(&corners).map_err(|expected| Mismatch::new(expected, shown(line)))?;
         self.faces += 1;
         let mut look = self.materials.look(self.at.material);
         if colors > 0 {

@@ -206,8 +206,7 @@ impl Materials {
         if name.is_empty() {
             return None;
         }
-        let warning =
-            |fault: Mismatch| format!("the texture {} is not shown: {}", shown(&name), fault.found);
+        let warning = |fault: Mismatch| format!("the texture {} is not shown: {}", shown(&name), fault.found);
         let Some(path) = find(self.model.input(), Some(beside), &name) else {
             self.warn(warning(Mismatch::new("", "there is none beside the model or its materials")));
             return None;

@@ -33,6 +33,15 @@ pub(super) struct Corner {
 }
 
 impl Corner {
+    /// Whether corners form a polygon that a recording may hold; the error says what is expected of them.
+    pub(super) fn check(corners: &[Self]) -> Result<(), &'static str> {
+        let vertices = corners.iter().map(|corner| corner.p).collect();
+        let color = (0.0, 0.0, 0.0, 0.0);
+        let of =
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color };
+        of.check()
+    }
+
     fn between(a: &Self, b: &Self) -> Self {
         let normal = a.normal + b.normal;
         Self { p: (a.p + b.p) * 0.5, normal, uv: (a.uv + b.uv) * 0.5, color: (a.color + b.color) * 0.5 }

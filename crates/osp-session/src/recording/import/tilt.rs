@@ -82,18 +82,22 @@ pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
         let path = path.join(THUMBNAIL_NAME);
         path.is_file().then(|| ByteReader::open(input.beside(&path)).ok()).flatten()?
     } else {
-        archive_of(input)?.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok()?
+        let archive = input.path.is_file().then(|| archive_of(input, false))?.ok()?;
+        archive.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok()?
     };
     png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok()
 }
 
-/// The archive of a `.tilt` file; `None` for all else.
-fn archive_of(input: Input<'_>) -> Option<Archive> {
-    let mut bytes = ByteReader::open(input).ok().filter(|_| input.path.is_file())?;
+/// The archive of a `.tilt` file.
+fn archive_of(input: Input<'_>, is_lenient: bool) -> Result<Archive> {
+    let mut bytes = ByteReader::open(input)?;
     let mut magic = [0; MAGIC.len()];
-    bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
-    let zip_start = bytes.u16("the length of the head").ok()?;
-    Archive::open(input, zip_start.into(), false).ok()
+    bytes.fill(&mut magic, "the word `tilT`")?;
+    if magic != MAGIC {
+        return Err(bytes.expected_at(0, "the word `tilT`", magic.escape_ascii()));
+    }
+    let zip_start = bytes.u16("the length of the head")?;
+    Archive::open(input, zip_start.into(), is_lenient)
 }
 
 /// Whether a folder is an unpacked `.tilt`.
@@ -116,14 +120,7 @@ fn open_folder(input: Input<'_>) -> Result<Parts> {
 
 fn open_zip(input: Input<'_>, is_lenient: bool, limits: &Limits) -> Result<Parts> {
     let path = input.path;
-    let mut bytes = ByteReader::open(input)?;
-    let mut magic = [0; MAGIC.len()];
-    bytes.fill(&mut magic, "the word `tilT`")?;
-    if magic != MAGIC {
-        return Err(bytes.expected_at(0, "the word `tilT`", magic.escape_ascii()));
-    }
-    let zip_start = bytes.u16("the length of the head")?;
-    let archive = Archive::open(input, zip_start.into(), is_lenient)?;
+    let archive = archive_of(input, is_lenient)?;
     let sketch = archive
         .find(&SKETCH_NAMES)
         .ok_or_else(|| no_sketch(path, "a zip without it"))?

@@ -1,15 +1,14 @@
 //! Readers of single fields of a `.tilt`'s metadata, and the types of these fields.
 
-use std::marker::PhantomData;
-use std::path::Path;
+use std::{collections::BTreeMap, marker::PhantomData, path::Path};
 
 use glam::{Quat, Vec3};
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeOwned, Deserializer, IgnoredAny, SeqAccess, Visitor};
+use serde_json::value::RawValue;
 
 use super::axes;
-use crate::recording::{RecordingError, error::Mismatch};
+use crate::recording::error::{Mismatch, Result};
 use osp::math::rotate;
 
 /// Largest number of characters of the program's and authors' names in a header, and of a quotation in a warning.
@@ -40,23 +39,41 @@ pub(super) fn shorten(text: &str, most: usize) -> String {
     short
 }
 
-pub(super) fn mismatch(path: &Path, expected: &str, error: &serde_json::Error) -> RecordingError {
-    Mismatch::new(expected, shorten(&error.to_string(), MOST_CHARS)).in_line(path, error.line() as u64)
-}
-
 /// The metadata, from which single fields are read.
 pub(super) struct Fields<'a> {
-    pub(super) text: &'a [u8],
-    pub(super) path: &'a Path,
+    text: &'a str,
+    values: BTreeMap<String, &'a RawValue>,
+    path: &'a Path,
     pub(super) warnings: &'a mut Vec<String>,
 }
 
-impl Fields<'_> {
+impl<'a> Fields<'a> {
+    /// Finds the fields. The text must be a JSON object.
+    pub(super) fn new(text: &'a str, path: &'a Path, warnings: &'a mut Vec<String>) -> Result<Self> {
+        let values = serde_json::from_str(text).map_err(|error| {
+            let found = shorten(&error.to_string(), MOST_CHARS);
+            Mismatch::new("the metadata of a sketch as a JSON object", found)
+                .in_line(path, error.line() as u64)
+        })?;
+        Ok(Self { text, values, path, warnings })
+    }
+
+    /// The value of a field; `None` if the field is absent.
+    pub(super) fn value<T: DeserializeOwned>(&self, name: &str, expected: &str) -> Result<Option<T>> {
+        let Some(value) = self.values.get(name).map(|value| value.get()) else { return Ok(None) };
+        serde_json::from_str(value).map_err(|error| {
+            let start = value.as_ptr() as usize - self.text.as_ptr() as usize;
+            let line = self.text[..start].matches('\n').count() + error.line();
+            // The position in the value would be taken for one in the file.
+            let found = error.to_string();
+            let found = found.rsplit_once(" at line ").map_or(&*found, |(found, _)| found);
+            Mismatch::new(expected, shorten(found, MOST_CHARS)).in_line(self.path, line as u64)
+        })
+    }
+
     /// The value of a field. `None` if the field is absent, or (with a warning) damaged.
     pub(super) fn read<T: DeserializeOwned>(&mut self, name: &str) -> Option<T> {
-        let mut json = serde_json::Deserializer::from_slice(self.text);
-        Field { name, value: PhantomData::<T> }.deserialize(&mut json).unwrap_or_else(|error| {
-            let error = mismatch(self.path, &format!("a sound `{name}`"), &error);
+        self.value(name, &format!("a sound `{name}`")).unwrap_or_else(|error| {
             self.warnings.push(format!("{error}; read without it"));
             None
         })
@@ -80,63 +97,6 @@ impl Fields<'_> {
 
     pub(super) fn warn(&mut self, text: std::fmt::Arguments<'_>) {
         self.warnings.push(format!("{}: {text}; read without it", self.path.display()));
-    }
-}
-
-/// A value that must be a JSON object. Without this type, serde would also accept a list of the fields' values.
-pub(super) struct Object<T>(pub(super) T);
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(ObjectVisitor(PhantomData))
-    }
-}
-
-struct ObjectVisitor<T>(PhantomData<T>);
-
-impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
-    type Value = Object<T>;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("an object")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-        T::deserialize(MapAccessDeserializer::new(map)).map(Object)
-    }
-}
-
-/// One field of the outermost object; the other fields are skipped.
-struct Field<'n, T> {
-    name: &'n str,
-    value: PhantomData<T>,
-}
-
-impl<'de, T: DeserializeOwned> DeserializeSeed<'de> for Field<'_, T> {
-    type Value = Option<T>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de, T: DeserializeOwned> Visitor<'de> for Field<'_, T> {
-    type Value = Option<T>;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("an object")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut value = None;
-        while let Some(name) = map.next_key::<String>()? {
-            if name == self.name {
-                value = map.next_value()?;
-            } else {
-                map.next_value::<IgnoredAny>()?;
-            }
-        }
-        Ok(value)
     }
 }
 

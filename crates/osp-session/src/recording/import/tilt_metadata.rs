@@ -13,7 +13,7 @@ use super::{
     axes,
     bytes::ByteReader,
     tilt_environment,
-    tilt_fields::{Fields, Listed, MOST_CHARS, Object, TiltTransform, mismatch, shorten},
+    tilt_fields::{Fields, Listed, MOST_CHARS, TiltTransform, shorten},
     tilt_layout::METERS_PER_UNIT,
 };
 use crate::{
@@ -51,22 +51,13 @@ const MEDIA: [(&str, &str, &str); 8] = [
 
 #[derive(Default)]
 pub(super) struct Metadata {
+    /// GUIDs of the brushes. A stroke stores the index of its brush.
     brushes: Vec<String>,
-    text: Vec<u8>,
+    text: String,
+    /// Whether other bytes than UTF-8 are replaced in the text.
+    is_mended: bool,
     path: PathBuf,
 }
-
-/// GUIDs of the brushes. A stroke stores the index of its brush.
-#[derive(Deserialize)]
-#[serde(rename_all = "PascalCase")]
-struct BrushTable {
-    #[serde(default)]
-    brush_index: Vec<String>,
-}
-
-/// An object whose contents are ignored.
-#[derive(Deserialize)]
-struct Anything {}
 
 /// The camera field of some sketches of 2016.
 #[derive(Deserialize)]
@@ -105,19 +96,20 @@ impl Metadata {
             text.drain(..3);
         }
         let path = bytes.path.clone();
-        serde_json::from_slice::<Object<Anything>>(&text)
-            .map_err(|error| mismatch(&path, "the metadata of a sketch as a JSON object", &error))?;
-        let table = serde_json::from_slice::<Object<BrushTable>>(&text)
-            .map_err(|error| mismatch(&path, "a list of the brushes' names in `BrushIndex`", &error));
-        let brushes = match table {
-            Ok(Object(table)) => table.brush_index,
-            Err(error) if is_lenient => {
-                warnings.push(format!("{error}; read without it"));
-                Vec::new()
-            }
-            Err(error) => return Err(error),
-        };
-        Ok(Self { brushes, text, path })
+        let is_mended = str::from_utf8(&text).is_err();
+        let text = String::from_utf8_lossy(&text).into_owned();
+        let expected = "a list of the brushes' names in `BrushIndex`";
+        let mut others = Vec::new();
+        let brushes =
+            match Fields::new(&text, &path, &mut others)?.value::<Vec<String>>("BrushIndex", expected) {
+                Ok(brushes) => brushes.unwrap_or_default(),
+                Err(error) if is_lenient => {
+                    warnings.push(format!("{error}; read without it"));
+                    Vec::new()
+                }
+                Err(error) => return Err(error),
+            };
+        Ok(Self { brushes, text, is_mended, path })
     }
 
     /// The names of the program and the artists.
@@ -149,7 +141,7 @@ impl Metadata {
             USUAL_PROGRAM.clone_into(&mut header.source);
             return;
         }
-        let mut fields = Fields { text: &self.text, path: &self.path, warnings };
+        let Ok(mut fields) = Fields::new(&self.text, &self.path, warnings) else { return };
         header.source = Self::source(&mut fields);
         let scene_from_canvas = fields.transform("CanvasTransformInSceneSpace");
         let room_from_scene = fields.transform("SceneTransformInRoomSpace");
@@ -166,16 +158,15 @@ impl Metadata {
         for (field, one, many) in MEDIA {
             header.left_out.extend(fields.read(field).and_then(|media| sentence(&media, one, many)));
         }
-        let text = str::from_utf8(&self.text).ok();
-        header.sketch_metadata =
-            text.filter(|text| text.len() <= Header::MAX_METADATA_BYTES).map(str::to_owned);
+        let is_kept = !self.is_mended && self.text.len() <= Header::MAX_METADATA_BYTES;
+        header.sketch_metadata = is_kept.then(|| self.text.clone());
         if header.sketch_metadata.is_none() {
             fields.warnings.push(format!(
                 "{}: expected UTF-8 of at most {} bytes; found {}; a .tilt that is written from this session lacks its \
                  palette, media and camera paths",
                 self.path.display(),
                 Header::MAX_METADATA_BYTES,
-                if text.is_some() { "more" } else { "other bytes" },
+                if self.is_mended { "other bytes" } else { "more" },
             ));
         }
     }

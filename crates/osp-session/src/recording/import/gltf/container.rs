@@ -47,7 +47,8 @@ fn far_places(root: &Root, json: &[u8]) -> Vec<NodePlace> {
         nodes: Vec<NodePlace>,
     }
     let is_far = |node: &Node| {
-        let places = [node.translation.unwrap_or_default(), node.matrix.map_or([0.0; 3], |m| [m[12], m[13], m[14]])];
+        let places =
+            [node.translation.unwrap_or_default(), node.matrix.map_or([0.0; 3], |m| [m[12], m[13], m[14]])];
         places.as_flattened().iter().any(|at| f64::from(at.abs()) >= FAR_M)
     };
     match root.nodes.iter().any(is_far) {
@@ -109,7 +110,8 @@ impl File {
         damage: &mut Damage,
     ) -> Result<Self> {
         let path = path.to_owned();
-        let mut file = Self { path, root, places, buffers, unpacked: HashMap::new(), is_binary, most_bytes: left };
+        let mut file =
+            Self { path, root, places, buffers, unpacked: HashMap::new(), is_binary, most_bytes: left };
         for fault in packed::unpack(&mut file) {
             damage.note(&file.path, fault)?;
         }

@@ -13,7 +13,6 @@ use super::{
 };
 use crate::brush::{Brush, BrushAtRest};
 use crate::recording::{
-    Author, Event,
     error::Mismatch,
     import::paint::{Corner, Painted, Splitter},
 };
@@ -43,18 +42,7 @@ impl Faces {
         let look = surfaces.look(mesh.surface);
         let mut push = |fault: &mut Option<Mismatch>, numbers: &[u32]| {
             let corners: Vec<Corner> = numbers.iter().map(|&number| mesh.corner(number)).collect();
-            let vertices = corners.iter().map(|corner| corner.p).collect();
-            let color = (0.0, 0.0, 0.0, 0.0);
-            match (Event::Polygon {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke: None,
-                vertices,
-                shading: None,
-                color,
-            })
-            .check()
-            {
+            match Corner::check(&corners) {
                 Err(expected) => {
                     fault.get_or_insert(Mismatch::new(expected, format!("vertices {numbers:?}")));
                 }

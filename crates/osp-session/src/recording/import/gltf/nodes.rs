@@ -5,7 +5,12 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 use gltf_json::{mesh::Semantic, scene::Node, validation::Checked};
 
-use super::{Damage, accessor::Elements, container::{File, NodePlace}, extensions};
+use super::{
+    Damage,
+    accessor::Elements,
+    container::{File, NodePlace},
+    extensions,
+};
 use crate::recording::{
     Author, Event, GroupId, Limits, StrokeId, Transform,
     error::{Mismatch, Result},
@@ -321,7 +326,8 @@ fn local_transform(file: &File, number: usize) -> DAffine3 {
         scale: node.scale.map(|s| Vec3::from(s).as_dvec3()),
         matrix: node.matrix.map(|matrix| DMat4::from_cols_array(&matrix.map(f64::from))),
     };
-    let NodePlace { translation, rotation, scale, matrix } = file.places.get(number).copied().unwrap_or(rounded);
+    let NodePlace { translation, rotation, scale, matrix } =
+        file.places.get(number).copied().unwrap_or(rounded);
     match matrix {
         Some(matrix) => DAffine3::from_mat4(matrix),
         None => DAffine3::from_scale_rotation_translation(

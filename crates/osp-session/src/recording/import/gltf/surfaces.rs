@@ -21,6 +21,7 @@ use crate::recording::{
     Limits,
     error::Mismatch,
     import::{
+        lines::shown,
         paint::{Alpha, Look},
         texture::{Room, Texture, Wrap},
     },
@@ -221,7 +222,10 @@ impl Reader<'_> {
             }
             Err(fault) => {
                 if self.faults.len() < MOST_NAMED {
-                    self.faults.push(fault.found);
+                    // The contents of a `data:` URI are no name.
+                    let uri = image.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+                    let name = uri.or(image.name.as_deref()).map(|name| format!("{}: ", shown(name)));
+                    self.faults.push(format!("{}{}", name.unwrap_or_default(), fault.found));
                 }
                 None
             }
