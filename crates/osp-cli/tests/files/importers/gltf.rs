@@ -210,7 +210,9 @@ fn what_was_exported_comes_back() {
         let options = ExportOptions { objects, ..ExportOptions::default() };
         let counts = write_glb(&scene, "a", &options, &mut bytes).unwrap();
         let (_, back) = scene_of(&write(folder.path(), "back.glb", &bytes));
-        assert_eq!(back.counts().visible, counts.polygons, "{objects:?}");
+        // On the grid, the triangles of a quad may lie in two planes.
+        let most = if step_m > 0.0 { counts.triangles } else { counts.polygons };
+        assert!((counts.polygons..=most).contains(&back.counts().visible), "{objects:?}: {counts:?}");
         let of = |scene: &Scene| {
             let ids = || scene.visible_ids();
             let area = ids().map(|id| f64::from(scene.polygon(id).area_m2())).sum::<f64>();
@@ -281,8 +283,9 @@ fn brushes_come_back() {
     };
     let (before, after) = (seen(&scene), seen(&back));
     assert_eq!(before.len(), after.len());
-    let same = before.iter().zip(&after).filter(|(a, b)| a == b).count();
-    assert_eq!(same, before.len(), "{:?}", before.iter().zip(&after).find(|(a, b)| a != b));
+    for (a, b) in before.iter().zip(&after) {
+        assert!((&a.0, a.1, a.3) == (&b.0, b.1, b.3) && (a.2 - b.2).abs() <= 1, "{a:?}, {b:?}");
+    }
 }
 
 /// Nodes far below one another: those too deep for a group go into the one above them.

@@ -177,10 +177,9 @@ pub(super) fn read(input: Input<'_>, options: &OpenOptions, warnings: &mut Vec<S
         let result = Collect(&mut strokes).deserialize(&mut json);
         (Document::History(strokes), result)
     } else {
-        let (mut raw, mut painting) = (RawData::default(), Painting::default());
+        let (mut raw, mut painting) = (RawData::default(), None);
         let result = CollectObject(&mut raw, &mut painting).deserialize(&mut json);
-        let is_painting = !painting.strokes.is_empty() || !painting.brushes.is_empty();
-        (if is_painting { Document::Painting(painting) } else { Document::Raw(raw) }, result)
+        (painting.map_or(Document::Raw(raw), Document::Painting), result)
     };
     let Err(error) = result.and_then(|()| json.end()) else { return Ok(document) };
     if error.is_io() {
@@ -224,7 +223,7 @@ impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Collect<'_, T> {
 }
 
 /// Decodes `raw_data` or a drawing; the elements before any damage are kept.
-struct CollectObject<'a>(&'a mut RawData, &'a mut Painting);
+struct CollectObject<'a>(&'a mut RawData, &'a mut Option<Painting>);
 
 impl<'de> DeserializeSeed<'de> for CollectObject<'_> {
     type Value = ();
@@ -247,8 +246,8 @@ impl<'de> Visitor<'de> for CollectObject<'_> {
             match key.as_str() {
                 "systemStates" => map.next_value_seed(Collect(&mut self.0.states))?,
                 "allSketchedStrokes" => map.next_value_seed(Collect(&mut self.0.strokes))?,
-                "brushes" => map.next_value_seed(Collect(&mut self.1.brushes))?,
-                "strokes" => map.next_value_seed(Collect(&mut self.1.strokes))?,
+                "brushes" => map.next_value_seed(Collect(&mut self.1.get_or_insert_default().brushes))?,
+                "strokes" => map.next_value_seed(Collect(&mut self.1.get_or_insert_default().strokes))?,
                 _ => {
                     map.next_value::<IgnoredAny>()?;
                     continue;

@@ -61,7 +61,7 @@ impl<'a> Fields<'a> {
     /// The value of a field; `None` if the field is absent.
     pub(super) fn value<T: DeserializeOwned>(&self, name: &str, expected: &str) -> Result<Option<T>> {
         let Some(value) = self.values.get(name).map(|value| value.get()) else { return Ok(None) };
-        serde_json::from_str(value).map_err(|error| {
+        serde_json::from_str(value).map(Some).map_err(|error| {
             let start = value.as_ptr() as usize - self.text.as_ptr() as usize;
             let line = self.text[..start].matches('\n').count() + error.line();
             // The position in the value would be taken for one in the file.
@@ -73,7 +73,8 @@ impl<'a> Fields<'a> {
 
     /// The value of a field. `None` if the field is absent, or (with a warning) damaged.
     pub(super) fn read<T: DeserializeOwned>(&mut self, name: &str) -> Option<T> {
-        self.value(name, &format!("a sound `{name}`")).unwrap_or_else(|error| {
+        let found = self.value::<Option<T>>(name, &format!("a sound `{name}`"));
+        found.map(Option::flatten).unwrap_or_else(|error| {
             self.warnings.push(format!("{error}; read without it"));
             None
         })
