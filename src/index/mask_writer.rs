@@ -11,6 +11,9 @@ pub trait RunSink {
     /// Adds the polygons of consecutive blocks from `block` on: a mask for each. Returns their number.
     fn push_masks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) -> usize;
 
+    /// Adds polygons of one block; the mask may be 0. Has no branch, unlike [`RunSink::push_run`].
+    fn push_block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16);
+
     /// Number of polygons added.
     fn found(&self) -> usize;
 }
@@ -56,6 +59,11 @@ impl RunSink for IdWriter<'_> {
             at = end;
         }
         self.len() - before
+    }
+
+    #[inline(always)]
+    fn push_block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16) {
+        self.push(kernel, (block * BLOCK) as u32, mask.into());
     }
 
     #[inline(always)]
@@ -113,7 +121,12 @@ impl<'a> MaskWriter<'a> {
     /// [`crate::polygon::VisibleBlocks::note_filled`].
     #[inline(always)]
     pub fn finish(self) -> (Range<usize>, usize) {
-        (self.begin..self.end, self.found)
+        (self.blocks(), self.found)
+    }
+
+    /// The range of changed blocks.
+    pub(crate) fn blocks(&self) -> Range<usize> {
+        self.begin.min(self.end)..self.end
     }
 }
 
@@ -137,6 +150,12 @@ impl RunSink for MaskWriter<'_> {
         let polygons = ones(masks) as usize;
         self.note(blocks, polygons);
         polygons
+    }
+
+    #[inline(always)]
+    fn push_block<K: Kernel>(&mut self, _kernel: K, block: usize, mask: u16) {
+        self.masks[block] |= mask;
+        self.note(block..block + 1, mask.count_ones() as usize);
     }
 
     #[inline(always)]

@@ -30,9 +30,7 @@ pub mod kernels {
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
         search_entry::SearchEntry,
-        simd::{
-            Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, Sides, WithKernel, prefetch_lines,
-        },
+        simd::{Boxes, IdWriter, Kernel, PlaneSet, ROOM_BEHIND, Sides, WithKernel, prefetch_lines},
     };
 }
 

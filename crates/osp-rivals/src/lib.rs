@@ -31,6 +31,7 @@ mod octree_rebuild;
 mod osp_paper;
 #[cfg(feature = "peers")]
 mod peers;
+mod plane_lanes;
 mod quadtree;
 mod rebuilt;
 mod settings;

@@ -199,7 +199,7 @@ impl<S: RunSink> Cull<'_, S> {
     fn test<K: Kernel>(&mut self, kernel: K, level: usize, group: usize, mask: u8) -> (u32, Sides) {
         self.work.nodes += 1;
         self.count(BLOCK as u32, mask);
-        let sides = self.planes.sides_rows(kernel, mask, &self.index.levels[level][group]);
+        let sides = self.planes.sides_in_order(kernel, mask, &self.index.levels[level][group]);
         (!sides.behind & self.index.used(level, group), sides)
     }
 

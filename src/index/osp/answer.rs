@@ -1,4 +1,4 @@
-//! The output of a query: a list of ids, or a mask of visible polygons for each block of sixteen ids.
+//! The output of a query of the tree: a list of ids, or a mask of visible polygons for each block of sixteen ids.
 
 use std::ops::Range;
 
@@ -6,242 +6,209 @@ use super::layout::Page;
 use crate::{
     index::{
         mask_writer::{MaskWriter, RunSink},
-        simd::{IdWriter, Kernel, PageRuns},
+        simd::{IdWriter, Kernel, PageRuns, lanes_of},
     },
-    polygon::{BLOCK, PolygonId},
+    polygon::BLOCK,
 };
 
-/// The output that a query writes to.
-pub(super) trait Answer {
-    /// The result of a complete query.
-    type Done;
+/// The output that a query of the tree for `V` views writes to.
+pub(super) trait Answer<const V: usize = 1> {
+    /// Adds the polygons `first + bit` for the set bits of the mask of each view.
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, masks: [u32; V]);
 
-    /// Adds the polygons `first + bit` for the set bits of `mask`.
-    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
-
-    /// Adds polygons of a block; the mask may be 0. Has no branch, unlike [`Answer::run`].
-    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16);
-
-    /// Adds the polygons of consecutive blocks from `block` on: a mask for each.
-    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]);
-
-    /// Adds the first `runs` runs of a page.
+    /// Adds the first `runs` runs of a page for all views.
     #[inline(always)]
     fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
         for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
-            self.run(kernel, first, u32::from(mask));
+            self.run(kernel, first, [u32::from(mask); V]);
         }
     }
 
-    /// Adds the first `count` runs of a page whose runs all have one polygon.
-    fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32);
-
-    /// Adds the runs `lanes` of a page whose runs all have one polygon.
+    /// Does the same for a page whose runs all have one polygon.
     #[inline(always)]
-    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
-        let mut left = lanes & 0xFFFF;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 15;
-            left &= left - 1;
-            self.run(kernel, page.first[lane], 1);
-        }
+    fn single<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
+        self.page(kernel, page, runs);
     }
 
     /// Adds the runs `lanes` of a page.
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: [u32; V]);
+
+    /// Does the same for a page whose runs all have one polygon.
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
-        let mut left = lanes & 0xFFFF;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 15;
-            left &= left - 1;
-            self.run(kernel, page.first[lane], u32::from(page.masks[lane]));
-        }
+    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: [u32; V]) {
+        self.lanes(kernel, page, lanes);
     }
 
-    /// Number of entries added.
-    fn count(&self) -> usize;
-
-    /// Completes the output.
-    fn finish(self) -> Self::Done;
+    /// Number of polygons added, for all views together.
+    fn found(&self) -> usize;
 }
 
-/// Output as a list of ids.
-pub(super) struct Ids<'a>(IdWriter<'a>);
-
-impl<'a> Ids<'a> {
-    pub(super) fn new(ids: &'a mut Vec<PolygonId>) -> Self {
-        Self(IdWriter::new(ids))
-    }
-}
-
-impl Answer for Ids<'_> {
-    type Done = ();
-
+impl Answer for IdWriter<'_> {
     #[inline(always)]
-    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        self.0.push(kernel, first, mask);
-    }
-
-    #[inline(always)]
-    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16) {
-        self.0.push(kernel, (block * BLOCK) as u32, mask.into());
-    }
-
-    #[inline(always)]
-    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
-        self.0.push_masks(kernel, block, masks);
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, [mask]: [u32; 1]) {
+        self.push(kernel, first, mask);
     }
 
     #[inline(always)]
     fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
-        self.0.push_page(kernel, runs_of(page), runs);
+        self.push_page(kernel, runs_of(page), runs);
     }
 
     #[inline(always)]
-    fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32) {
-        self.0.push_copy(kernel, &page.first, count);
+    fn single<K: Kernel>(&mut self, _: K, page: &Page, count: u32) {
+        self.push_copy(&page.first, count);
     }
 
     #[inline(always)]
-    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
-        self.0.push_packed(kernel, &page.first, lanes);
+    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, [lanes]: [u32; 1]) {
+        self.push_packed(kernel, &page.first, lanes);
     }
 
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
-        self.0.push_lanes(kernel, runs_of(page), lanes);
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, [lanes]: [u32; 1]) {
+        self.push_lanes(kernel, runs_of(page), lanes);
     }
 
     #[inline(always)]
-    fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    #[inline(always)]
-    fn finish(self) {
-        self.0.finish();
+    fn found(&self) -> usize {
+        self.len()
     }
 }
 
-/// Output as masks of blocks. A run sets bits in one mask only, because all its polygons belong to one block.
-pub(super) struct Blocks<'a>(MaskWriter<'a>);
-
-impl<'a> Blocks<'a> {
-    /// `masks` has an entry for every block of the index.
-    pub(super) fn new(masks: &'a mut [u16]) -> Self {
-        Self(MaskWriter::new(masks))
-    }
-}
-
-impl Answer for Blocks<'_> {
-    type Done = (Range<usize>, usize);
-
+/// A run sets bits in one mask only, because all its polygons belong to one block.
+impl Answer for MaskWriter<'_> {
     #[inline(always)]
-    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        self.0.push_run(kernel, first, mask);
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, [mask]: [u32; 1]) {
+        self.push_run(kernel, first, mask);
     }
 
     #[inline(always)]
-    fn block<K: Kernel>(&mut self, _kernel: K, block: usize, mask: u16) {
-        self.0.masks()[block] |= mask;
-        self.0.note(block..block + 1, mask.count_ones() as usize);
-    }
-
-    #[inline(always)]
-    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
-        self.0.push_masks(kernel, block, masks);
-    }
-
-    #[inline(always)]
-    fn single<K: Kernel>(&mut self, _kernel: K, page: &Page, count: u32) {
+    fn single<K: Kernel>(&mut self, _: K, page: &Page, count: u32) {
         let ids = &page.first[..(count as usize).min(BLOCK)];
         let (mut low, mut high) = (u32::MAX, 0);
-        let masks = self.0.masks();
+        let masks = self.masks();
         for &id in ids {
             masks[id as usize / BLOCK] |= 1 << (id % BLOCK as u32);
             (low, high) = (low.min(id), high.max(id));
         }
         if !ids.is_empty() {
-            self.0.note(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
+            self.note(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
         }
     }
 
     #[inline(always)]
-    fn count(&self) -> usize {
-        self.0.found()
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, [lanes]: [u32; 1]) {
+        for lane in lanes_of(lanes & 0xFFFF) {
+            self.push_run(kernel, page.first[lane % 16], u32::from(page.masks[lane % 16]));
+        }
     }
 
     #[inline(always)]
-    fn finish(self) -> Self::Done {
-        self.0.finish()
+    fn found(&self) -> usize {
+        RunSink::found(self)
+    }
+}
+
+/// Output as masks of blocks for two eyes. Both see nearly the same, so a polygon that both see is written once: until
+/// [`Pair::finish`], the second masks have the polygons that only one eye sees.
+pub(super) struct Pair<'a> {
+    first: MaskWriter<'a>,
+    second: &'a mut [u16],
+    /// Number of polygons that the second eye sees.
+    found: usize,
+}
+
+impl<'a> Pair<'a> {
+    pub(super) fn new(first: &'a mut [u16], second: &'a mut [u16]) -> Self {
+        Self { first: MaskWriter::new(first), second, found: 0 }
+    }
+
+    /// Completes the second masks. Returns the range of the changed blocks, and the number of polygons of each eye.
+    pub(super) fn finish(self) -> (Range<usize>, usize, usize) {
+        let Self { mut first, second, found } = self;
+        let blocks = first.blocks();
+        for (second, first) in second[blocks.clone()].iter_mut().zip(&first.masks()[blocks.clone()]) {
+            *second ^= *first;
+        }
+        (blocks, RunSink::found(&first), found)
+    }
+}
+
+impl Answer<2> for Pair<'_> {
+    #[inline(always)]
+    fn run<K: Kernel>(&mut self, _: K, first: u32, [one, two]: [u32; 2]) {
+        let (block, bit) = (first as usize / BLOCK, first % BLOCK as u32);
+        if one | two != 0 {
+            self.first.masks()[block] |= (one << bit) as u16;
+            self.first.note(block..block + 1, one.count_ones() as usize);
+            self.second[block] ^= ((one ^ two) << bit) as u16;
+            self.found += two.count_ones() as usize;
+        }
+    }
+
+    #[inline(always)]
+    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
+        let before = RunSink::found(&self.first);
+        self.first.page(kernel, page, runs);
+        self.found += RunSink::found(&self.first) - before;
+    }
+
+    #[inline(always)]
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, [one, two]: [u32; 2]) {
+        let before = RunSink::found(&self.first);
+        self.first.lanes(kernel, page, [one & two]);
+        self.found += RunSink::found(&self.first) - before;
+        for lane in lanes_of((one ^ two) & 0xFFFF) {
+            let masks = [one, two].map(|lanes| u32::from(page.masks[lane % 16]) * (lanes >> lane & 1));
+            self.run(kernel, page.first[lane % 16], masks);
+        }
+    }
+
+    #[inline(always)]
+    fn found(&self) -> usize {
+        RunSink::found(&self.first) + self.found
     }
 }
 
 /// Output as masks of blocks, for scattered polygons. The query appends runs of one polygon to a list of ids. One pass
 /// over this list then sets all their bits. This is several times as fast as setting them during the query.
-pub(super) struct Listing<'a, A> {
-    runs: A,
-    singles: IdWriter<'a>,
+pub(super) struct Listing<'r, 's> {
+    /// The runs of several polygons.
+    pub(super) runs: MaskWriter<'r>,
+    pub(super) singles: IdWriter<'s>,
 }
 
-impl<'a, A> Listing<'a, A> {
-    /// An output that writes runs of several polygons to `runs`, and appends runs of one polygon to the list
-    /// `singles`. The list must be empty.
-    pub(super) fn new(runs: A, singles: &'a mut Vec<PolygonId>) -> Self {
-        Self { runs, singles: IdWriter::new(singles) }
-    }
-}
-
-impl<A: Answer> Answer for Listing<'_, A> {
-    type Done = A::Done;
-
+impl Answer for Listing<'_, '_> {
     #[inline(always)]
-    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
-        self.runs.run(kernel, first, mask);
-    }
-
-    #[inline(always)]
-    fn block<K: Kernel>(&mut self, kernel: K, block: usize, mask: u16) {
-        self.runs.block(kernel, block, mask);
-    }
-
-    #[inline(always)]
-    fn blocks<K: Kernel>(&mut self, kernel: K, block: usize, masks: &[u16]) {
-        self.runs.blocks(kernel, block, masks);
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, [mask]: [u32; 1]) {
+        self.runs.run(kernel, first, [mask]);
     }
 
     #[inline(always)]
     fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
-        self.lanes(kernel, page, (1 << (runs & 31)) - 1);
+        self.lanes(kernel, page, [(1 << (runs & 31)) - 1]);
     }
 
     #[inline(always)]
     fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32) {
-        self.singles.push_copy(kernel, &page.first, count);
+        self.singles.single(kernel, page, count);
     }
 
     #[inline(always)]
-    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
-        self.singles.push_packed(kernel, &page.first, lanes);
+    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, [lanes]: [u32; 1]) {
+        self.singles.singles(kernel, page, [lanes]);
     }
 
     #[inline(always)]
-    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, [lanes]: [u32; 1]) {
         let exact = u32::from(page.exact);
-        self.singles.push_packed(kernel, &page.first, lanes & exact);
-        self.runs.lanes(kernel, page, lanes & !exact);
+        self.singles.singles(kernel, page, [lanes & exact]);
+        self.runs.lanes(kernel, page, [lanes & !exact]);
     }
 
     #[inline(always)]
-    fn count(&self) -> usize {
-        self.runs.count() + self.singles.len()
-    }
-
-    /// Returns the result for the runs of several polygons.
-    #[inline(always)]
-    fn finish(self) -> A::Done {
-        self.singles.finish();
-        self.runs.finish()
+    fn found(&self) -> usize {
+        RunSink::found(&self.runs) + self.singles.len()
     }
 }
 

@@ -79,15 +79,6 @@ impl Osp {
         }
     }
 
-    /// Builds a tree from the list of the top node, which is too long.
-    pub(super) fn build_tree(&mut self) {
-        self.is_flat = false;
-        self.shape += 1;
-        let head = self.nodes[self.top].own;
-        self.buckets[head].split_at = u32::MAX;
-        self.divide(head);
-    }
-
     /// Queues the runs of a node's list, to be moved to its children. Runs that are too long for the children return to the
     /// list.
     fn divide(&mut self, head: u32) {
@@ -155,7 +146,7 @@ impl Osp {
         let (count, loose) = (usize::from(self.pages[page].runs), self.pages[page].loose);
         let mut runs = [(Run::NONE, Aabb::EMPTY); 16];
         for (lane, run) in runs.iter_mut().enumerate().take(count) {
-            *run = self.pages.run(page, lane);
+            *run = self.pages[page].run(lane);
         }
         self.detach_page(page);
         self.release_page(page);

@@ -4,15 +4,14 @@
 //! for the rest.
 
 use super::{
-    answer::Answer,
     query::count,
-    shelf::{Around, BLOCKS, Exact, Shelf},
+    shelf::{Around, BLOCKS, Shelf},
     store::Store,
 };
 use crate::index::{
     WorkCounts,
-    mask_writer::ones,
-    simd::{Kernel, PlaneSet, Sides, WithKernel},
+    mask_writer::{RunSink, ones},
+    simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, lanes_of},
 };
 
 /// The polygons that a walk reports.
@@ -63,10 +62,7 @@ impl WithKernel for FindShelves<'_> {
                 continue;
             }
             let sides = test(kernel, self.planes, top, wanted & !top.stale, PlaneSet::ALL);
-            let mut left = wanted & (top.stale | !sides.behind as u16);
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
+            for lane in lanes_of(wanted & (top.stale | !sides.behind as u16)) {
                 let is_stale = top.stale >> lane & 1 == 1;
                 let planes = if is_stale { PlaneSet::ALL } else { sides.planes_at(PlaneSet::ALL, lane) };
                 cut += self.shelf(kernel, at * 16 + lane, planes);
@@ -95,66 +91,61 @@ impl FindShelves<'_> {
 /// Tests the boxes `fresh`, which are not stale.
 #[inline(always)]
 fn test<K: Kernel>(kernel: K, planes: &PlaneSet, around: &Around, fresh: u16, mask: u8) -> Sides {
-    if fresh == 0 { Sides::NONE } else { planes.sides_rows(kernel, mask, &around.boxes) }
+    if fresh == 0 { Sides::NONE } else { planes.sides_in_order(kernel, mask, &around.boxes) }
 }
 
 /// The second part of a walk: a query of the shelves that the first part has found.
-pub(super) struct InOrder<'a, A> {
+pub(super) struct InOrder<'a, S> {
     pub(super) store: &'a Store,
     pub(super) planes: &'a PlaneSet,
     pub(super) of: Of,
     pub(super) seen: &'a [Seen],
-    pub(super) answer: A,
+    pub(super) out: S,
 }
 
-impl<A: Answer> WithKernel for InOrder<'_, A> {
-    type Output = (WorkCounts, A::Done);
+impl<S: RunSink> WithKernel for InOrder<'_, S> {
+    type Output = (WorkCounts, S);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> Self::Output {
-        let Self { store, planes, of, seen, answer } = self;
-        let mut walk = Walk { store, planes, kernel, of, answer, work: WorkCounts::default() };
+        let Self { store, planes, of, seen, out } = self;
+        let mut walk = Walk { store, planes, kernel, of, out, work: WorkCounts::default() };
         for wanted in store.tops.iter().map(|top| of.wanted(top)).filter(|&wanted| wanted != 0) {
             walk.work.nodes += 1;
             count(&mut walk.work, wanted.count_ones(), PlaneSet::ALL);
         }
-        let before = walk.answer.count();
+        let before = walk.out.found();
         for seen in seen {
             walk.shelf(seen);
         }
-        walk.work.reported = (walk.answer.count() - before) as u64;
-        (walk.work, walk.answer.finish())
+        walk.work.reported = (walk.out.found() - before) as u64;
+        (walk.work, walk.out)
     }
 }
 
-struct Walk<'a, K, A> {
+struct Walk<'a, K, S> {
     store: &'a Store,
     planes: &'a PlaneSet,
     kernel: K,
     of: Of,
-    answer: A,
+    out: S,
     work: WorkCounts,
 }
 
 /// With more planes, all are tested, because this takes no loop over the planes.
 const FEW_PLANES: u32 = 3;
 
-impl<K: Kernel, A: Answer> Walk<'_, K, A> {
+impl<K: Kernel, S: RunSink> Walk<'_, K, S> {
     #[inline(always)]
     fn shelf(&mut self, &Seen { entry, planes, groups, sides }: &Seen) {
         let (shelf, first) = (self.store.shelf_at(entry as usize), entry as usize * BLOCKS);
         if planes == 0 && self.of == Of::All {
-            let before = self.answer.count();
-            self.answer.blocks(self.kernel, first, &shelf.live);
-            self.work.taken_whole += (self.answer.count() - before) as u64;
+            self.work.taken_whole += self.out.push_masks(self.kernel, first, &shelf.live) as u64;
             return;
         }
         self.work.nodes += 1;
         count(&mut self.work, 16, planes);
-        let mut left = groups;
-        while left != 0 {
-            let group = left.trailing_zeros() as usize;
-            left &= left - 1;
+        for group in lanes_of(groups) {
             let is_stale = shelf.top.stale >> group & 1 == 1;
             let planes = if is_stale { PlaneSet::ALL } else { sides.planes_at(planes, group) };
             self.group(first, shelf, group, planes);
@@ -192,10 +183,7 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
             count(&mut self.work, 16, mask);
         }
         let seen = wanted & (stale | !sides.behind as u16);
-        let mut cut = if mask == 0 { 0 } else { seen & (stale | sides.cut as u16) };
-        // The planes that cut any of the blocks. All blocks are tested against the same planes, so that a processor can
-        // predict the loop.
-        let mask = if seen & stale == 0 { sides.cutting(mask, cut.into()) } else { mask };
+        let cut = if mask == 0 { 0 } else { seen & (stale | sides.cut as u16) };
         let whole = seen & !cut;
         if whole != 0 {
             let mut masks = self.group_lanes(shelf, base);
@@ -203,8 +191,9 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
                 *mask &= 0u16.wrapping_sub(whole >> at & 1);
             }
             self.work.taken_whole += u64::from(ones(&masks));
-            self.answer.blocks(self.kernel, first + base, &masks);
+            self.out.push_masks(self.kernel, first + base, &masks);
         }
+        // All blocks are tested against the same planes, so that a processor can predict the loop.
         count(&mut self.work, 16 * cut.count_ones(), mask);
         let is_few = mask.count_ones() <= FEW_PLANES;
         let blocks = cut.trailing_ones() as usize;
@@ -215,19 +204,18 @@ impl<K: Kernel, A: Answer> Walk<'_, K, A> {
         {
             let lanes = self.group_lanes(shelf, base);
             let seen = seen_of(self.kernel, self.planes, &lanes, row);
-            self.answer.blocks(self.kernel, first + base, &seen[..blocks]);
+            self.out.push_masks(self.kernel, first + base, &seen[..blocks]);
             return;
         }
-        while cut != 0 {
-            let block = base + cut.trailing_zeros() as usize % 16;
-            cut &= cut - 1;
+        for lane in lanes_of(cut) {
+            let block = base + lane % 16;
             // SAFETY: a block that is wanted has a polygon; `validate` checks its bits.
             let boxes = unsafe { self.store.known_boxes(shelf.boxes[block]) };
             let behind = match is_few {
                 true => self.planes.behind(self.kernel, mask, boxes),
                 false => self.planes.behind_any(self.kernel, boxes),
             };
-            self.answer.block(self.kernel, first + block, self.lanes(shelf, block) & !behind as u16);
+            self.out.push_block(self.kernel, first + block, self.lanes(shelf, block) & !behind as u16);
         }
     }
 }
@@ -237,12 +225,12 @@ const ROW: usize = 8;
 
 /// The polygons of neighbouring blocks that no plane excludes. In a loop of its own, the planes stay in registers.
 #[inline(always)]
-fn seen_of<K: Kernel>(kernel: K, planes: &PlaneSet, lanes: &[u16; 16], boxes: &[Exact]) -> [u16; 16] {
+fn seen_of<K: Kernel>(kernel: K, planes: &PlaneSet, lanes: &[u16; 16], boxes: &[Boxes<16>]) -> [u16; 16] {
     // Without `black_box`, the compiler would prepare the planes once for all groups, and run out of registers.
     let planes = std::hint::black_box(planes);
     let mut seen = [0; 16];
-    for ((seen, lanes), exact) in seen.iter_mut().zip(lanes).zip(boxes) {
-        *seen = lanes & !(planes.behind_any(kernel, &exact.boxes) as u16);
+    for ((seen, lanes), boxes) in seen.iter_mut().zip(lanes).zip(boxes) {
+        *seen = lanes & !(planes.behind_any(kernel, boxes) as u16);
     }
     seen
 }

@@ -4,8 +4,7 @@ use glam::Vec3;
 
 use super::{
     grid::{self, Grid, ROOT_SHIFT},
-    layout::{Bucket, Node, OWN, TakenRun},
-    pages::Pages,
+    layout::{Bucket, Node, OWN, Page, TakenRun},
     plan::with_seen,
     pool::{NONE, Pool},
     residence::Residence,
@@ -42,11 +41,9 @@ pub struct Osp {
     pub(super) flat_levels: u32,
     pub(super) nodes: Pool<Node>,
     pub(super) buckets: Pool<Bucket>,
-    pub(super) pages: Pages,
+    pub(super) pages: Pool<Page>,
     /// The highest node; its cell contains all keys.
     pub(super) top: u32,
-    /// Whether the tree is a single node: all runs are straddlers of the top node. For few runs this is faster.
-    pub(super) is_flat: bool,
     /// A counter that changes when nodes or buckets are added or removed.
     pub(super) shape: u32,
     /// Working memory for the runs of a block.
@@ -109,9 +106,9 @@ impl Osp {
                 .and_room_for(most_runs / 128 + nodes_ahead),
             buckets: Pool::with_room_for(polygons / POLYGONS_A_BUCKET + nodes_ahead)
                 .and_room_for(most_runs / 48 + nodes_ahead),
-            pages: Pages::with_room_for(polygons / POLYGONS_A_PAGE, (most_runs + ahead) / RUNS_A_PAGE),
+            pages: Pool::with_room_for(polygons / POLYGONS_A_PAGE)
+                .and_room_for((most_runs + ahead) / RUNS_A_PAGE),
             top: NONE,
-            is_flat: true,
             shape: 0,
             gathered: Some(Box::default()),
             taken: Vec::with_capacity(MOST_TAKEN),
@@ -149,7 +146,6 @@ impl Osp {
 
     /// Creates the node of the root cube.
     pub(super) fn init_root(&mut self) {
-        self.is_flat = true;
         let top = self.nodes.take();
         let node = &mut self.nodes[top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);

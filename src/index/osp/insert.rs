@@ -7,7 +7,7 @@ use super::{
     pool::NONE,
 };
 use crate::{
-    index::simd::{Halves, Wide, prefetch_lines},
+    index::simd::{Boxes, Wide, prefetch_lines},
     math::Aabb,
 };
 
@@ -47,9 +47,6 @@ impl Osp {
     #[inline]
     pub(super) fn destination(&self, bounds: Wide) -> Destination {
         let key = self.grid.key(bounds);
-        if self.is_flat {
-            return Destination { key, level: u32::MAX, node: self.top, bucket: self.nodes[self.top].own };
-        }
         let level = self.grid.level_for(bounds);
         let (node, leaf) = self.descend(&key, level);
         let straddles = leaf == NONE && level >= self.nodes[node].shift;
@@ -60,15 +57,14 @@ impl Osp {
     /// Prefetches the cache lines to which the next run of a bucket will be written.
     fn prefetch_end_of(&self, bucket: u32) {
         let bucket = &self.buckets[bucket];
-        let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);
-        self.pages.prefetch(bucket.last, bucket.counts[at]);
-        prefetch_lines::<3, _>(Halves::half_of(&raw const bucket.boxes, at));
+        prefetch_lines::<8, _>(self.pages.place(bucket.last));
+        prefetch_lines::<6, _>(&raw const bucket.boxes);
     }
 
     /// Inserts a run at its destination. If `is_loose`, the run's box may be too large, and its page is queued for
     /// upkeep.
     pub(super) fn insert_run(&mut self, run: Run, bounds: Wide, target: Destination, is_loose: bool) {
-        let has_grown = self.is_outside_top(&target.key) && self.grow_to(&target.key);
+        let has_grown = self.grow_to(&target.key);
         let target = if has_grown { self.destination(bounds) } else { target };
         let head = if target.bucket != NONE { target.bucket } else { self.add_bucket(&target) };
         let wider = !self.buckets[head].bounds.contains(bounds);
@@ -82,11 +78,7 @@ impl Osp {
         }
         let leaf = &self.buckets[head];
         if leaf.runs > leaf.split_at {
-            if self.is_flat {
-                self.build_tree();
-            } else {
-                self.try_split(head);
-            }
+            self.try_split(head);
         } else if leaf.runs >= leaf.pack_at {
             self.queue_for_packing(head);
         }
@@ -97,13 +89,6 @@ impl Osp {
         let shift = self.nodes[target.node].shift;
         let slot = if target.level < shift { grid::octant(&target.key, shift) as u32 } else { OWN };
         self.new_bucket(target.node, slot, &target.key)
-    }
-
-    /// Whether there is a tree, and a key lies outside of its top cell.
-    #[inline]
-    fn is_outside_top(&self, key: &Key) -> bool {
-        let top = &self.nodes[self.top];
-        !self.is_flat && !grid::same_cell(&top.key, key, top.shift)
     }
 
     /// Adds levels on top until the top cell contains the key. Returns whether it added a level. Existing cells keep
@@ -245,7 +230,7 @@ impl Osp {
             bucket.bounds = bucket.bounds.union(bounds);
             bucket.boxes.set_wide(at, bucket.last_bounds);
         }
-        let lane = self.pages.push_run(page_number, run, &bounds.to_box());
+        let lane = self.pages[page_number].push_run(run, &bounds.to_box());
         let place = page_number * 16 + lane as u32;
         self.note_place(run, place);
         place
@@ -271,7 +256,7 @@ impl Osp {
         let bucket = &mut self.buckets[head];
         bucket.next = full;
         (bucket.page_count, bucket.single, bucket.counts) = (0, 0, [0; 16]);
-        (bucket.bounds, bucket.boxes) = (Wide::EMPTY, Halves::EMPTY);
+        (bucket.bounds, bucket.boxes) = (Wide::EMPTY, Boxes::EMPTY);
         (bucket.last, bucket.last_bounds) = (NONE, Wide::EMPTY);
     }
 
@@ -305,44 +290,39 @@ impl Osp {
         }
     }
 
-    /// Releases a chain of buckets. Calls `out` with each run.
-    pub(super) fn take_apart(&mut self, head: u32, mut out: impl FnMut(&mut Self, TakenRun)) {
+    /// Appends a run that was taken out of a bucket; see [`Osp::append`].
+    pub(super) fn append_taken(&mut self, head: u32, (run, bounds, is_loose): &TakenRun) {
+        let bounds = Wide::from_box(bounds);
+        let place = self.append(head, *run, bounds, self.grid.level_for(bounds));
+        if *is_loose {
+            self.mark_loose(place);
+        }
+    }
+
+    /// Releases a chain of buckets, and adds its runs to `taken`.
+    pub(super) fn take_apart(&mut self, head: u32, taken: &mut Vec<TakenRun>) {
         let mut at = head;
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
             let pages = &pages[..page_count as usize];
             // Pages, and the entries of their polygons in the id map, are prefetched before they are read.
             for &number in &pages[..pages.len().min(2)] {
-                self.pages.prefetch_all(number);
+                prefetch_lines::<9, _>(self.pages.place(number));
             }
             for (i, &number) in pages.iter().enumerate() {
                 if let Some(&later) = pages.get(i + 2) {
-                    self.pages.prefetch_all(later);
+                    prefetch_lines::<9, _>(self.pages.place(later));
                 }
-                if i == 0 {
-                    self.prefetch_places(number);
-                }
-                if let Some(&next) = pages.get(i + 1) {
-                    self.prefetch_places(next);
-                }
-                let runs = usize::from(self.pages[number].runs);
-                for lane in 0..runs {
-                    let (run, bounds) = self.pages.run(number, lane);
-                    let loose = self.pages[number].loose >> lane & 1 == 1;
-                    out(self, (run, bounds, loose));
+                let page = &self.pages[number];
+                for lane in 0..usize::from(page.runs) {
+                    self.store.prefetch_detail(page.first[lane] / 16);
+                    let (run, bounds) = page.run(lane);
+                    taken.push((run, bounds, page.loose >> lane & 1 == 1));
                 }
                 self.release_page(number);
             }
             self.give_bucket(at);
             at = next;
-        }
-    }
-
-    /// Prefetches the entries of a page's polygons in the id map.
-    fn prefetch_places(&self, number: u32) {
-        let page = &self.pages[number];
-        for &first in &page.first[..usize::from(page.runs)] {
-            self.store.prefetch_detail(first / 16);
         }
     }
 

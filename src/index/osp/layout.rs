@@ -3,12 +3,11 @@ use super::{
     pool::{NONE, Pooled},
 };
 use crate::{
-    index::simd::{Boxes, Halves, Wide},
+    index::simd::{Boxes, Wide},
     math::Aabb,
 };
 
-/// A page: up to sixteen runs. Their boxes are stored separately ([`PageBoxes`]), because a query does not read the
-/// boxes of a page that lies inside every plane.
+/// A page: up to sixteen runs. A query reads only the first two cache lines of a page that lies inside every plane.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Page {
@@ -27,10 +26,14 @@ pub(super) struct Page {
     pub(super) at: u8,
     /// Whether the page is in the queue for upkeep.
     pub(super) queued: bool,
-    /// The page's bucket; [`NONE`] once the page is released; in a free page, the next free page.
+    /// The page's bucket; [`NONE`] once the page is released.
     pub(super) bucket: u32,
     /// The next page in the queue for upkeep.
     pub(super) next: u32,
+    /// The boxes of the runs.
+    pub(super) boxes: Boxes<16>,
+    /// For each run, the number of its polygons' exact boxes; unspecified for a run of one polygon.
+    pub(super) store: [u32; 16],
 }
 
 impl Pooled for Page {
@@ -45,39 +48,42 @@ impl Pooled for Page {
         queued: false,
         bucket: NONE,
         next: NONE,
+        boxes: Boxes::EMPTY,
+        store: [NONE; 16],
     };
-
-    fn next_free(&self) -> u32 {
-        self.bucket
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.bucket = next;
-    }
-}
-
-/// The boxes of a page's runs.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct PageBoxes {
-    pub(super) boxes: Halves,
-    /// For each run, the number of its polygons' exact boxes; unspecified for a run of one polygon.
-    pub(super) store: [u32; 16],
-}
-
-impl Pooled for PageBoxes {
-    const BLANK: Self = Self { boxes: Halves::EMPTY, store: [NONE; 16] };
-
-    fn next_free(&self) -> u32 {
-        self.store[0]
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.store[0] = next;
-    }
 }
 
 impl Page {
+    /// A run and its box.
+    #[inline]
+    pub(super) fn run(&self, lane: usize) -> (Run, Aabb) {
+        let is_exact = self.exact >> lane & 1 == 1;
+        let store = if is_exact { NONE } else { self.store[lane] };
+        (Run { first: self.first[lane], store, mask: self.masks[lane] }, self.boxes.get(lane))
+    }
+
+    /// Sets a run; its box counts as tight.
+    #[inline]
+    pub(super) fn set_run(&mut self, lane: usize, run: Run, bounds: &Aabb) {
+        self.boxes.set(lane, bounds);
+        (self.first[lane], self.masks[lane]) = (run.first, run.mask);
+        if !run.is_exact() {
+            self.store[lane] = run.store;
+        }
+        self.exact = self.exact & !(1 << lane) | u16::from(run.is_exact()) << lane;
+        self.note_gaps(lane);
+        self.loose &= !(1 << lane);
+    }
+
+    /// Appends a run, whose box counts as tight, to a page that is not full; returns the run's lane.
+    #[inline]
+    pub(super) fn push_run(&mut self, run: Run, bounds: &Aabb) -> usize {
+        let lane = usize::from(self.runs) % 16;
+        self.runs += 1;
+        self.set_run(lane, run, bounds);
+        lane
+    }
+
     /// Updates `gaps` for a run whose mask has changed.
     #[inline]
     pub(super) fn note_gaps(&mut self, lane: usize) {
@@ -112,7 +118,7 @@ pub(super) struct Bucket {
     /// The parent node and the slot in this node: a child, 0 to 7, or [`OWN`].
     pub(super) parent: u32,
     pub(super) slot: u32,
-    /// The next bucket of the chain; in a free bucket, the next free bucket.
+    /// The next bucket of the chain.
     pub(super) next: u32,
     /// The previous bucket of the chain; [`NONE`] for the first bucket.
     pub(super) prev: u32,
@@ -135,7 +141,7 @@ pub(super) struct Bucket {
     /// First bucket of a chain only: number of runs at which the leaf is packed next.
     pub(super) pack_at: u32,
     pub(super) pages: [u32; 16],
-    pub(super) boxes: Halves,
+    pub(super) boxes: Boxes<16>,
 }
 
 /// The slot number of a node's straddlers.
@@ -163,16 +169,8 @@ impl Pooled for Bucket {
         drains: false,
         pack_at: super::tuning::PACKED_FIRST,
         pages: [NONE; 16],
-        boxes: Halves::EMPTY,
+        boxes: Boxes::EMPTY,
     };
-
-    fn next_free(&self) -> u32 {
-        self.next
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.next = next;
-    }
 }
 
 impl Bucket {
@@ -238,14 +236,6 @@ impl Pooled for Node {
         shift: 0,
         key: [0; 3],
     };
-
-    fn next_free(&self) -> u32 {
-        self.parent
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.parent = next;
-    }
 }
 
 impl Node {

@@ -20,7 +20,7 @@
 //! * A polygon enters the tree when its block has not changed for some commits, and leaves it when it moves. If many
 //!   polygons move, come and go in each frame, the tree stays empty until few do (`residence.rs`).
 //! * Nodes exist only for cells with polygons. A leaf splits if it has more than 256 runs; its node becomes a leaf again at
-//!   96 or fewer. A tree of up to 256 runs is a list at the root. Only the *links* of the upper levels are preallocated,
+//!   96 or fewer. Only the *links* of the upper levels are preallocated,
 //!   four bytes a cell, so a run finds its leaf without a descent.
 //! * The root cube is no limit: levels are added on top if a polygon lies outside, and removed together with it.
 //! * Boxes are tested eight or sixteen at a time: children of a node, pages of a leaf, runs of a page, polygons of a run.
@@ -37,10 +37,10 @@
 //!   `unfiled.rs`.
 //! * Commit: `residence.rs`, which files blocks (`runs.rs`, `insert.rs`, `grid.rs`) and takes polygons out (`remove.rs`);
 //!   then `remove.rs` (upkeep), `divide.rs`, `order.rs`.
-//! * Query: `plan.rs` chooses the method, `in_order.rs` walks the store, `query.rs` the tree, `two_eyes.rs` the tree for
-//!   two eyes, `answer.rs` writes the result; `ray.rs`; `visit.rs`, which also removes hidden polygons from a result.
+//! * Query: `plan.rs` chooses the method, `in_order.rs` walks the store, `query.rs` the tree, for one view or
+//!   for two eyes, `answer.rs` writes the result; `ray.rs`; `visit.rs`, which also removes hidden polygons from a result.
 //! * Creation: `warm.rs` loads the code of later frames.
-//! * Storage of the tree: `layout.rs`, `pool.rs`, `pages.rs`, `pair_sets.rs`. `tuning.rs` has the constants, `validate.rs`
+//! * Storage of the tree: `layout.rs`, `pool.rs`. `tuning.rs` has the constants, `validate.rs`
 //!   checks all invariants.
 //!
 //! # Layout
@@ -49,7 +49,7 @@
 //! shelf: 16 groups ─> 16 blocks ─> 16 exact boxes; masks: live, in the tree, moved; the places of the runs
 //! node: 8 boxes ─> node | leaf          straddlers: runs longer than the node's children
 //! leaf: a chain of buckets              bucket: 16 boxes ─> 16 pages
-//! page: 16 runs (first id and mask)     page boxes, stored separately: a box for each run ─> boxes of the block
+//! page: 16 runs (first id and mask)     page boxes, of the runs ─> boxes of the block
 //! ```
 
 mod answer;
@@ -60,8 +60,6 @@ mod index;
 mod insert;
 mod layout;
 mod order;
-mod pages;
-mod pair_sets;
 mod plan;
 mod pool;
 mod query;
@@ -72,7 +70,6 @@ mod runs;
 mod shelf;
 mod store;
 mod tuning;
-mod two_eyes;
 mod unfiled;
 mod validate;
 mod visit;

@@ -6,7 +6,7 @@
 use super::{
     grid::{self, Key},
     index::Osp,
-    layout::{Bucket, TakenRun},
+    layout::Bucket,
     pool::Pooled,
     tuning::MOST_TAKEN,
 };
@@ -129,28 +129,10 @@ impl Osp {
         *first = Bucket { parent, slot, shift, split_at, pack_at, ..Bucket::BLANK };
         let mut taken = std::mem::take(&mut self.taken);
         taken.clear();
-        self.take_apart(old, |_, run| taken.push(run));
-        self.in_order_of_space(&taken, shift, |osp, (run, bounds, loose)| {
-            let wide = Wide::from_box(&bounds);
-            let place = osp.append(head, run, wide, osp.grid.level_for(wide));
-            if loose {
-                osp.mark_loose(place);
-            }
-        });
-        self.taken = taken;
-    }
-
-    /// Calls `out` with the runs of a leaf in their order along a space-filling curve. `shift` is the level of the leaf's
-    /// cell.
-    fn in_order_of_space(
-        &mut self,
-        taken: &[TakenRun],
-        shift: u32,
-        mut out: impl FnMut(&mut Self, TakenRun),
-    ) {
+        self.take_apart(old, &mut taken);
         let mut cells = [0u16; MOST_TAKEN];
         let mut starts = [0u16; CELLS + 1];
-        for (cell, (_, bounds, _)) in cells.iter_mut().zip(taken) {
+        for (cell, (_, bounds, _)) in cells.iter_mut().zip(&taken) {
             *cell = cell_of(&self.grid.key(Wide::from_box(bounds)), shift) as u16;
             starts[usize::from(*cell) + 1] += 1;
         }
@@ -164,8 +146,9 @@ impl Osp {
             *at += 1;
         }
         for &i in order.iter().take(taken.len()) {
-            out(self, taken[usize::from(i)]);
+            self.append_taken(head, &taken[usize::from(i)]);
         }
+        self.taken = taken;
     }
 }
 
@@ -175,149 +158,63 @@ mod tests {
 
     use super::*;
     use crate::{
-        index::{
-            IndexConfig, SpatialIndex,
-            osp::{layout::Target, pool::NONE},
-        },
+        index::{IndexConfig, SpatialIndex},
         math::Aabb,
         polygon::PolygonId,
     };
 
     const POLYGONS: u32 = 20_000;
 
-    /// Small boxes, scattered in a cube of 3.8 metres or along a line.
-    fn boxes(is_scattered: bool) -> impl Iterator<Item = (PolygonId, Aabb)> {
+    /// Inserts small boxes, scattered in a cube of 3.8 metres or along a line. Each block of sixteen is a frame.
+    fn grown(root_m: f32, is_scattered: bool, mut each: impl FnMut(&mut Osp)) -> Osp {
+        let root = Aabb::cube(Vec3::ZERO, root_m);
+        let mut osp = Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_all_in_tree();
         let mut state = 7u32;
         let mut unit = move || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1 << 24) as f32
         };
-        (0..POLYGONS).map(move |id| {
-            let along = id as f32 / POLYGONS as f32;
-            let at = if is_scattered { Vec3::new(unit(), unit(), unit()) } else { Vec3::splat(along) };
-            (PolygonId(id), Aabb::cube(at * 3.8 - 1.9, 0.01))
-        })
-    }
-
-    fn empty(root_m: f32) -> Osp {
-        let root = Aabb::cube(Vec3::ZERO, root_m);
-        Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_all_in_tree()
-    }
-
-    /// Inserts all boxes, with a commit after every `a_commit` polygons.
-    fn grown(mut osp: Osp, a_commit: u32, mut each: impl FnMut(&Osp)) -> Osp {
-        for (id, bounds) in boxes(true) {
-            osp.insert(id, &bounds).expect("a finite box, each id once");
-            if id.0 % a_commit == a_commit - 1 {
+        for id in 0..POLYGONS {
+            let along = Vec3::splat(id as f32 / POLYGONS as f32);
+            let at = if is_scattered { Vec3::new(unit(), unit(), unit()) } else { along };
+            osp.insert(PolygonId(id), &Aabb::cube(at * 3.8 - 1.9, 0.01)).expect("a finite box, each id once");
+            if id % 16 == 15 {
                 osp.commit();
-                each(&osp);
+                each(&mut osp);
             }
         }
         osp
     }
 
-    /// Sum of the surface areas of the pages' boxes, square metres. It measures how often a plane cuts a page.
-    fn surface_m2(osp: &Osp, node: u32) -> f32 {
-        let children = osp.nodes[node].children.iter();
-        let of_child = children.map(|link| match link.target() {
-            Target::Nothing => 0.0,
-            Target::Node(below) => surface_m2(osp, below),
-            Target::Leaf(head) => {
-                let next = |&at: &u32| Some(osp.buckets[at].next).filter(|&next| next != NONE);
-                let buckets = std::iter::successors(Some(head), next);
-                let of_bucket = |at: u32| {
-                    let bucket = &osp.buckets[at];
-                    let extents = (0..bucket.page_count as usize).map(|at| bucket.boxes.get(at).extent());
-                    extents.map(|e| 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)).sum::<f32>()
-                };
-                buckets.map(of_bucket).sum()
-            }
-        });
-        of_child.sum()
-    }
-
-    /// The same tree without packing, because the queue is cleared before each commit.
-    fn not_packed(root_m: f32) -> Osp {
-        let mut osp = empty(root_m);
-        for (id, bounds) in boxes(true) {
-            osp.insert(id, &bounds).expect("a finite box, each id once");
-            osp.to_pack.clear();
-            if id.0 % 16 == 15 {
-                osp.commit();
-            }
-        }
-        osp
+    /// Sum of the surface areas of the boxes of pages, square metres. It measures how often a plane cuts a page.
+    fn surface_m2(osp: &Osp) -> f32 {
+        let pages = (0..osp.pages.live()).map(|number| &osp.pages[number]).filter(|page| page.runs > 0);
+        let extents = pages.map(|page| page.boxes.around(page.used()).extent());
+        extents.map(|e| 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)).sum()
     }
 
     #[test]
-    fn a_growing_tree_is_packed_wherever_it_grows() {
+    fn scattered_leaves_are_packed_a_few_a_commit() {
         // In the second tree, most cells lie outside of the preallocated levels.
         for root_m in [4.0, 0.25] {
-            let packed = grown(empty(root_m), 16, |_| ());
-            packed.validate().expect("a sound tree");
-            let before = not_packed(root_m);
-            let (is, was) = (surface_m2(&packed, packed.top), surface_m2(&before, before.top));
+            let mut osp = grown(root_m, true, |_| ());
+            let not_packed = grown(root_m, true, |osp| osp.to_pack.clear());
+            let (is, was) = (surface_m2(&osp), surface_m2(&not_packed));
             assert!(is * 1.1 < was, "{was} and {is} square metres");
-        }
-    }
-
-    #[test]
-    fn a_commit_packs_a_share_of_what_came() {
-        let mut before = 0;
-        let osp = grown(empty(4.0), 500, |osp| {
-            // A commit files whole blocks.
-            let most = before + 500 / FEWEST_APART + 2;
-            assert!(osp.to_pack.len() <= most, "{} leaves wait", osp.to_pack.len());
-            before = osp.to_pack.len();
-        });
-        let mut osp = osp;
-        let mut waiting = osp.to_pack.len();
-        while waiting > 0 {
-            osp.commit();
-            let left = osp.to_pack.len();
-            assert_eq!(waiting - left, 1, "one leaf in a frame without changes");
-            osp.validate().expect("a sound tree");
-            waiting = left;
-        }
-    }
-
-    /// Least number of runs that a leaf receives before it is queued again.
-    const FEWEST_APART: usize = 32;
-
-    #[test]
-    fn what_is_drawn_along_a_line_never_waits() {
-        let mut osp = empty(4.0);
-        for (id, bounds) in boxes(false) {
-            osp.insert(id, &bounds).expect("a finite box, each id once");
-            if id.0 % 16 == 15 {
-                osp.commit();
+            // Leaves that go while they wait are left alone.
+            for id in 0..POLYGONS {
+                osp.remove(PolygonId(id)).expect("it is there");
+                if id % 256 == 0 {
+                    let waiting = osp.to_pack.len();
+                    osp.commit();
+                    assert!(waiting <= osp.to_pack.len() + 1, "one leaf in a frame without insertions");
+                    osp.validate().expect("a sound tree");
+                }
             }
+            (0..2_000).for_each(|_| osp.commit());
+            osp.validate().expect("a sound tree");
             assert!(osp.to_pack.is_empty());
         }
-    }
-
-    #[test]
-    fn leaves_that_go_while_they_wait_are_left_alone() {
-        let mut osp = empty(4.0);
-        for (id, bounds) in boxes(true) {
-            osp.insert(id, &bounds).expect("a finite box, each id once");
-        }
-        // A commit would pack them.
-        for block in 0..POLYGONS / 16 {
-            osp.file(block, u16::MAX);
-        }
-        assert!(osp.to_pack.len() > 10);
-        for id in 0..POLYGONS - 100 {
-            osp.remove(PolygonId(id)).expect("it is there");
-            if id % 256 == 0 {
-                osp.commit();
-                osp.validate().expect("a sound tree");
-            }
-        }
-        for _ in 0..2_000 {
-            osp.commit();
-        }
-        osp.validate().expect("a sound tree");
-        assert!(osp.to_pack.is_empty());
+        grown(4.0, false, |osp| assert!(osp.to_pack.is_empty(), "polygons along a line need no packing"));
     }
 }

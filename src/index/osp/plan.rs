@@ -2,10 +2,10 @@
 //! as in drawn models, small models, and models that lie wholly in view. Otherwise the tree answers for the polygons that
 //! it holds, and the walk for the rest. Counted work decides, so the choice is the same on every machine.
 
-use std::{cell::Cell, ops::Range};
+use std::cell::Cell;
 
 use super::{
-    answer::{Answer, Blocks, Ids, Listing},
+    answer::{Answer, Listing, Pair},
     in_order::{FindShelves, InOrder, Of, Seen},
     index::Osp,
     query::Cull,
@@ -14,7 +14,11 @@ use super::{
     tuning::MOST_IN_ORDER_SCATTERED,
 };
 use crate::{
-    index::{WorkCounts, mask_writer::SetAll, simd::PlaneSet},
+    index::{
+        WorkCounts,
+        mask_writer::{MaskWriter, RunSink, SetAll},
+        simd::{IdWriter, PlaneSet},
+    },
     math::Frustum,
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -76,80 +80,154 @@ impl Osp {
         PlaneSet::new(&Frustum::new(planes))
     }
 
+    /// Walks the tree for views that see nearly the same.
+    fn cull_tree<A: Answer<V>, const V: usize>(&self, planes: &[PlaneSet; V], answer: A) -> (WorkCounts, A) {
+        self.backend.run(Cull { osp: self, planes, answer })
+    }
+
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
-        let planes = &self.planes(frustum);
+        let planes = self.planes(frustum);
         with_seen(|seen| {
-            if self.is_in_order(planes, seen) {
-                return self.in_order(planes, Of::All, seen, Ids::new(draw_list)).0;
+            let out = IdWriter::new(draw_list);
+            let (mut work, mut out, mut of) = (WorkCounts::default(), out, Of::All);
+            if !self.is_in_order(&planes, seen) {
+                (work, out) = self.cull_tree(std::array::from_ref(&planes), out);
+                of = Of::Unfiled;
+                self.find_unfiled(&planes, seen);
             }
-            let answer = Ids::new(draw_list);
-            let mut work = self.backend.run(Cull { osp: self, top: self.top, planes, answer }).0;
-            if self.store.unfiled() > 0 {
-                self.find_unfiled(planes, seen);
-                work += self.in_order(planes, Of::Unfiled, seen, Ids::new(draw_list)).0;
-            }
+            let (in_order, out) = self.in_order(&planes, of, seen, out);
+            work += in_order;
+            out.finish();
             work
         })
     }
 
     pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        let planes = &self.planes(frustum);
-        if let Some(work) = self.cull_in_order(planes, visible) {
+        let planes = self.planes(frustum);
+        if let Some(work) = self.cull_in_order(&planes, visible) {
             return work;
         }
+        let views = std::array::from_ref(&planes);
         let mut work = if self.store.are_scattered() {
-            visible.with_list(self.store.len(), |visible, singles| {
+            visible.with_list(self.store.len(), |visible, ids| {
                 let work = self.fill(visible, |runs| {
-                    let answer = Listing::new(runs, singles);
-                    self.backend.run(Cull { osp: self, top: self.top, planes, answer })
+                    let (work, all) = self.cull_tree(views, Listing { runs, singles: IdWriter::new(ids) });
+                    all.singles.finish();
+                    (work, all.runs)
                 });
-                self.backend.run(SetAll { visible, ids: singles });
+                self.backend.run(SetAll { visible, ids });
                 work
             })
         } else {
-            self.fill(visible, |answer| self.backend.run(Cull { osp: self, top: self.top, planes, answer }))
+            self.fill(visible, |out| self.cull_tree(views, out))
         };
-        work += self.cull_unfiled(planes, visible);
+        work += self.cull_unfiled(&planes, visible);
+        work
+    }
+
+    /// Culls one view for each set. Two views that see nearly the same, such as those of two eyes, are culled in one walk
+    /// of the tree. The walls of a CAVE, the faces of a cube map and shadow cascades share few nodes. For them, the
+    /// tests of several views would cost more than such a walk would save.
+    pub(super) fn cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        let views = frusta.len().min(visible.len());
+        let mut at = 0;
+        while at < views {
+            match (&frusta[at..views], &mut visible[at..views]) {
+                ([a, b, ..], [first, second, ..]) if !self.store.are_scattered() && are_alike(a, b) => {
+                    let planes = [PlaneSet::new(a), PlaneSet::new(b)];
+                    if let Some(of_first) = self.cull_in_order(&planes[0], first) {
+                        work += of_first;
+                        work += self.cull_blocks(b, second);
+                    } else {
+                        work += self.cull_pair(&planes, first, second);
+                        work += self.cull_unfiled(&planes[0], first);
+                        work += self.cull_unfiled(&planes[1], second);
+                    }
+                    at += 2;
+                }
+                _ => {
+                    work += self.cull_blocks(&frusta[at], &mut visible[at]);
+                    at += 1;
+                }
+            }
+        }
         work
     }
 
     /// Culls by the walk in the order of the ids; `None` without effect if it does not answer alone.
-    pub(super) fn cull_in_order(&self, planes: &PlaneSet, visible: &mut VisibleBlocks) -> Option<WorkCounts> {
+    fn cull_in_order(&self, planes: &PlaneSet, visible: &mut VisibleBlocks) -> Option<WorkCounts> {
         with_seen(|seen| {
-            self.is_in_order(planes, seen)
-                .then(|| self.fill(visible, |answer| self.in_order(planes, Of::All, seen, answer)))
+            self.is_in_order(planes, seen).then(|| self.fill_in_order(planes, Of::All, seen, visible))
         })
     }
 
     /// Adds the polygons that are not in the tree.
-    pub(super) fn cull_unfiled(&self, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
+    fn cull_unfiled(&self, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
         if self.store.unfiled() == 0 {
             return WorkCounts::default();
         }
         with_seen(|seen| {
             self.find_unfiled(planes, seen);
-            self.fill(visible, |answer| self.in_order(planes, Of::Unfiled, seen, answer))
+            self.fill_in_order(planes, Of::Unfiled, seen, visible)
         })
     }
 
-    fn in_order<A: Answer>(
+    fn fill_in_order(
         &self,
         planes: &PlaneSet,
         of: Of,
         seen: &[Seen],
-        answer: A,
-    ) -> (WorkCounts, A::Done) {
-        self.backend.run(InOrder { store: &self.store, planes, of, seen, answer })
+        visible: &mut VisibleBlocks,
+    ) -> WorkCounts {
+        self.fill(visible, |out| self.in_order(planes, of, seen, out))
+    }
+
+    fn in_order<S: RunSink>(&self, planes: &PlaneSet, of: Of, seen: &[Seen], out: S) -> (WorkCounts, S) {
+        self.backend.run(InOrder { store: &self.store, planes, of, seen, out })
+    }
+
+    fn cull_pair(
+        &self,
+        planes: &[PlaneSet; 2],
+        first: &mut VisibleBlocks,
+        second: &mut VisibleBlocks,
+    ) -> WorkCounts {
+        let end = self.store.ids_end();
+        let pair = Pair::new(first.masks_for(end), second.masks_for(end));
+        let (work, pair) = self.cull_tree(planes, pair);
+        let (blocks, of_first, of_second) = pair.finish();
+        first.note_filled(blocks.clone(), of_first);
+        second.note_filled(blocks, of_second);
+        work
     }
 
     /// Calls `query` to write the masks of a set.
     fn fill(
         &self,
         visible: &mut VisibleBlocks,
-        query: impl FnOnce(Blocks<'_>) -> (WorkCounts, (Range<usize>, usize)),
+        query: impl FnOnce(MaskWriter<'_>) -> (WorkCounts, MaskWriter<'_>),
     ) -> WorkCounts {
-        let (work, (blocks, found)) = query(Blocks::new(visible.masks_for(self.store.ids_end())));
+        let (work, out) = query(MaskWriter::new(visible.masks_for(self.store.ids_end())));
+        let (blocks, found) = out.finish();
         visible.note_filled(blocks, found);
         work
     }
+}
+
+/// Least scalar product of the normals of two similar planes.
+const ALIKE: f32 = 0.9;
+/// The distances between opposite planes are similar if neither is larger than the other by more than this factor.
+const AS_WIDE: f32 = 1.25;
+
+/// Whether two views see nearly the same: each plane of the first has nearly the normal of the second's plane, and the
+/// distance between opposite planes is nearly equal.
+fn are_alike(a: &Frustum, b: &Frustum) -> bool {
+    let (a, b) = (a.planes(), b.planes());
+    let slabs = (0..6).flat_map(|i| (0..i).map(move |j| (i, j)));
+    a.iter().zip(b).all(|(a, b)| a.normal.dot(b.normal) > ALIKE)
+        && slabs.filter(|&(i, j)| a[i].normal.dot(a[j].normal) < -ALIKE).all(|(i, j)| {
+            let (wide, other) = (a[i].d + a[j].d, b[i].d + b[j].d);
+            wide <= other * AS_WIDE && other <= wide * AS_WIDE
+        })
 }

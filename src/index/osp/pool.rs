@@ -10,12 +10,6 @@ pub(super) trait Pooled: Copy {
 
     /// Binary logarithm of the number of entries of a chunk.
     const SHIFT: u32 = 8;
-
-    /// The number of the next free entry, stored in a field that a free entry does not use.
-    fn next_free(&self) -> u32;
-
-    /// Sets the number of the next free entry.
-    fn set_next_free(&mut self, next: u32);
 }
 
 /// The number that stands for no entry.
@@ -33,8 +27,8 @@ const TOUCHED_CHUNKS: usize = 256;
 pub(super) struct Pool<T> {
     /// Each chunk but the last has room for [`Pool::CHUNK`] entries.
     chunks: Vec<Vec<T>>,
-    /// The first of the released entries.
-    free: u32,
+    /// The released entries. There is room for all entries.
+    free: Vec<u32>,
     /// Number of entries ever taken.
     len: u32,
     /// Number of entries in use.
@@ -50,8 +44,10 @@ impl<T: Pooled> Pool<T> {
     /// A pool with room for `entries` entries. The first [`TOUCHED_CHUNKS`] chunks are written to here, because the system
     /// commits memory at the first write, which would delay a frame.
     pub(super) fn with_room_for(entries: usize) -> Self {
-        let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0, touched: 0 };
+        let mut pool = Self { chunks: Vec::new(), free: Vec::new(), len: 0, live: 0, touched: 0 };
         pool.reserve(entries);
+        pool.free.resize(entries.min(TOUCHED_CHUNKS * Self::CHUNK), NONE);
+        std::hint::black_box(&mut pool.free).clear();
         for chunk in pool.chunks.iter_mut().take(TOUCHED_CHUNKS) {
             pool.touched += chunk.capacity();
             chunk.resize(chunk.capacity(), T::BLANK);
@@ -95,24 +91,21 @@ impl<T: Pooled> Pool<T> {
             let left = entries - self.chunks.len() * Self::CHUNK;
             self.chunks.push(Vec::with_capacity(left.min(Self::CHUNK)));
         }
+        self.free.reserve(entries.saturating_sub(self.free.len()));
     }
 
     /// Takes an entry with the value [`Pooled::BLANK`]; returns its number.
     #[inline]
     pub(super) fn take(&mut self) -> u32 {
         self.live += 1;
-        if self.free != NONE {
-            let i = self.free;
-            let entry = &mut self[i];
-            let next = entry.next_free();
-            *entry = T::BLANK;
-            self.free = next;
+        if let Some(i) = self.free.pop() {
+            self[i] = T::BLANK;
             return i;
         }
         let i = self.len;
         let chunk = i as usize >> T::SHIFT;
         if chunk == self.chunks.len() {
-            self.chunks.push(Vec::with_capacity(Self::CHUNK));
+            self.reserve((chunk + 1) * Self::CHUNK);
         }
         self.chunks[chunk].push(T::BLANK);
         self.len += 1;
@@ -121,9 +114,7 @@ impl<T: Pooled> Pool<T> {
 
     /// Releases an entry.
     pub(super) fn give(&mut self, i: u32) {
-        let next = self.free;
-        self[i].set_next_free(next);
-        self.free = i;
+        self.free.push(i);
         self.live -= 1;
     }
 
@@ -170,12 +161,13 @@ impl<T: Pooled> Pool<T> {
         for chunk in &mut self.chunks {
             chunk.clear();
         }
-        (self.free, self.len, self.live) = (NONE, 0, 0);
+        self.free.clear();
+        (self.len, self.live) = (0, 0);
     }
 
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
-        self.held() * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
+        self.held() * (size_of::<T>() + size_of::<u32>()) + self.chunks.capacity() * size_of::<Vec<T>>()
     }
 }
 

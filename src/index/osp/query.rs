@@ -2,8 +2,9 @@
     unsafe_code,
     reason = "numbers found in the tree are looked up without a check, and queues begin without contents"
 )]
-//! The frustum query. It tests eight children of a node, sixteen pages, sixteen runs, and at last sixteen polygons at a
-//! time. The polygons of boxes inside every plane are reported without further tests.
+//! The frustum query of the tree, for one view or for two eyes. It tests eight children of a node, sixteen pages, sixteen
+//! runs, and at last sixteen polygons at a time. The polygons of boxes inside every plane are reported without further
+//! tests. For two eyes, it reads a node, bucket, page or run once and tests each box for both.
 //!
 //! Buckets and pages wait in short queues while their cache lines are prefetched. A query mostly waits for memory, so it
 //! requests many lines at once. Runs that one plane cuts wait in that plane's list. A full list is tested with the plane in
@@ -14,25 +15,24 @@ use std::mem::MaybeUninit;
 use super::{
     answer::Answer,
     index::Osp,
-    layout::{Bucket, Node, Page, PageBoxes, Target},
+    layout::{Bucket, Node, Page, Target},
     pool::NONE,
 };
 use crate::index::{
     WorkCounts,
-    simd::{Boxes, Kernel, PlaneSet, WithKernel, prefetch_lines},
+    simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, lanes_of, prefetch_lines},
 };
 
-/// A walk over the tree that finds the polygons inside the frustum.
-pub(super) struct Cull<'a, A> {
+/// A walk over the tree that finds the polygons inside the frustum of each view. The planes with the same number should
+/// be alike.
+pub(super) struct Cull<'a, A, const V: usize> {
     pub(super) osp: &'a Osp,
-    /// The first node of the walk. It has to be in the tree, because unchecked reads start from it.
-    pub(super) top: u32,
-    pub(super) planes: &'a PlaneSet,
+    pub(super) planes: &'a [PlaneSet; V],
     pub(super) answer: A,
 }
 
-impl<A: Answer> WithKernel for Cull<'_, A> {
-    type Output = (WorkCounts, A::Done);
+impl<A: Answer<V>, const V: usize> WithKernel for Cull<'_, A, V> {
+    type Output = (WorkCounts, A);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> Self::Output {
@@ -49,12 +49,12 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             cut: std::array::from_fn(|_| List::new()),
             full: 0,
         };
-        let before = walk.answer.count();
-        walk.all(self.top);
+        let before = walk.answer.found();
+        walk.all();
         let mut work = walk.work;
-        work.reported = (walk.answer.count() - before) as u64;
+        work.reported = (walk.answer.found() - before) as u64;
         work.taken_whole = work.reported.saturating_sub(walk.tested);
-        (work, walk.answer.finish())
+        (work, walk.answer)
     }
 }
 
@@ -77,14 +77,6 @@ impl Osp {
     }
 
     /// # Safety
-    /// The same as for [`Osp::known_page`].
-    #[inline(always)]
-    pub(super) unsafe fn known_page_boxes(&self, number: u32) -> &PageBoxes {
-        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
-        unsafe { self.pages.known_boxes(number) }
-    }
-
-    /// # Safety
     /// `number` is the number of a node in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_node(&self, number: u32) -> &Node {
@@ -95,7 +87,7 @@ impl Osp {
 
 /// A queue of fixed capacity. Unused entries are not initialised, because this would cost a small query more than all
 /// its tests.
-pub(super) struct WorkQueue<T, const N: usize> {
+struct WorkQueue<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
     popped: usize,
@@ -103,18 +95,18 @@ pub(super) struct WorkQueue<T, const N: usize> {
 
 impl<T: Copy, const N: usize> WorkQueue<T, N> {
     #[inline(always)]
-    pub(super) fn new() -> Self {
+    fn new() -> Self {
         Self { entries: [const { MaybeUninit::uninit() }; N], pushed: 0, popped: 0 }
     }
 
     #[inline(always)]
-    pub(super) fn len(&self) -> usize {
+    fn len(&self) -> usize {
         self.pushed - self.popped
     }
 
     /// Appends an entry to a queue that is not full. The limits below ensure this at compile time.
     #[inline(always)]
-    pub(super) fn push(&mut self, entry: T) {
+    fn push(&mut self, entry: T) {
         debug_assert!(self.len() < N, "the queue is full");
         self.entries[self.pushed % N] = MaybeUninit::new(entry);
         self.pushed += 1;
@@ -122,7 +114,7 @@ impl<T: Copy, const N: usize> WorkQueue<T, N> {
 
     /// The first entry of a queue that is not empty.
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> T {
+    fn pop(&mut self) -> T {
         assert!(self.popped < self.pushed, "the queue is empty");
         // SAFETY: entries from `popped` to `pushed` have been written, and are overwritten only by other entries.
         let entry = unsafe { self.entries[self.popped % N].assume_init() };
@@ -132,43 +124,33 @@ impl<T: Copy, const N: usize> WorkQueue<T, N> {
 }
 
 /// A list of fixed capacity. Unused entries are not initialised, as in [`WorkQueue`].
-pub(super) struct List<T, const N: usize> {
+struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
 }
 
 impl<T: Copy, const N: usize> List<T, N> {
     #[inline(always)]
-    pub(super) fn new() -> Self {
+    fn new() -> Self {
         Self { entries: [const { MaybeUninit::uninit() }; N], len: 0 }
     }
 
     /// Appends an entry to a list that is not full.
     #[inline(always)]
-    pub(super) fn push(&mut self, entry: T) {
+    fn push(&mut self, entry: T) {
         self.entries[self.len] = MaybeUninit::new(entry);
         self.len += 1;
     }
 
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<T> {
+    fn pop(&mut self) -> Option<T> {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: the places below the length have been written.
         Some(unsafe { self.entries[self.len].assume_init() })
     }
 
     #[inline(always)]
-    pub(super) fn len(&self) -> usize {
-        self.len
-    }
-
-    #[inline(always)]
-    pub(super) fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    #[inline(always)]
-    pub(super) fn as_slice(&self) -> &[T] {
+    fn as_slice(&self) -> &[T] {
         // SAFETY: the places below the length have been written.
         unsafe { std::slice::from_raw_parts(self.entries.as_ptr().cast(), self.len) }
     }
@@ -176,9 +158,9 @@ impl<T: Copy, const N: usize> List<T, N> {
 
 /// Number of a node, bucket or page that the walk has found, and the planes that cut it.
 #[derive(Clone, Copy)]
-pub(super) struct Below {
-    pub(super) number: u32,
-    pub(super) planes: u8,
+struct Below {
+    number: u32,
+    planes: u8,
 }
 
 /// A page that the walk has found, and the planes that cut it. `singles` is the number of its runs if all have one polygon,
@@ -200,29 +182,29 @@ struct CutRun<'a> {
 }
 
 /// Position in `cut` of the list of runs that several planes cut.
-pub(super) const SEVERAL: usize = 6;
+const SEVERAL: usize = 6;
 
 /// A list with at least this number of runs is tested. A page adds at most sixteen runs.
-pub(super) const LIST: usize = 16;
+const LIST: usize = 16;
 
 /// Largest number of buckets that stay queued while the walk can still find more. A step adds at most nine buckets.
-pub(super) const BUCKETS_WAIT: usize = 8;
+const BUCKETS_WAIT: usize = 8;
 /// The same limit for pages. A step adds at most sixteen pages.
-pub(super) const PAGES_WAIT: usize = 12;
+const PAGES_WAIT: usize = 12;
 
 /// Capacity of each queue of buckets or pages, and of each list of runs.
-pub(super) const QUEUE: usize = 32;
+const QUEUE: usize = 32;
 const _: () = assert!(BUCKETS_WAIT + 9 <= QUEUE && PAGES_WAIT + 16 <= QUEUE && LIST - 1 + 16 <= QUEUE);
 
 /// Number of buckets wholly in view that wait in their queue while the cache lines of their pages are loaded.
 const WHOLE_WAIT: usize = 1;
 
 /// Largest number of waiting nodes: seven at each level, and the chain of levels on top.
-pub(super) const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
+const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
 
-struct Walk<'a, K, A> {
+struct Walk<'a, K, A, const V: usize> {
     osp: &'a Osp,
-    planes: &'a PlaneSet,
+    planes: &'a [PlaneSet; V],
     kernel: K,
     answer: A,
     work: WorkCounts,
@@ -237,20 +219,13 @@ struct Walk<'a, K, A> {
     full: u32,
 }
 
-impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
-    /// Walks the tree from the node `top`. Each step processes the lowest level of the tree on which enough entries
+impl<'a, K: Kernel, A: Answer<V>, const V: usize> Walk<'a, K, A, V> {
+    /// Walks the tree from its top. Each step processes the lowest level of the tree on which enough entries
     /// wait. Each kind of entry is processed at one point of this loop, so that the compiler inlines all functions.
     #[inline(always)]
-    fn all(&mut self, top: u32) {
+    fn all(&mut self) {
         let mut nodes = List::new();
-        let top = Below { number: top, planes: PlaneSet::ALL };
-        // SAFETY: `top` is in the tree; see `Cull`.
-        let own = unsafe { self.osp.known_node(top.number) }.own;
-        if !self.osp.is_flat {
-            nodes.push(top);
-        } else if own != NONE {
-            self.enqueue_bucket(Below { number: own, ..top });
-        }
+        nodes.push(Below { number: self.osp.top, planes: PlaneSet::ALL });
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
             while self.full != 0 {
@@ -282,19 +257,30 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
     }
 
+    /// Adds the tests for the other views to the result for the first. Returns the boxes behind a plane of each view. A box
+    /// that a view does not see stays cut by the plane before it, so all that lies below is tested against that plane.
+    #[inline(always)]
+    fn join_views<const B: usize>(&self, sides: &mut Sides, mask: u8, boxes: &Boxes<B>) -> [u32; V] {
+        let mut behind = [sides.behind; V];
+        for (behind, view) in behind.iter_mut().zip(self.planes).skip(1) {
+            let other = view.sides(self.kernel, mask, boxes);
+            *behind = other.behind;
+            sides.join(&other);
+        }
+        behind
+    }
+
     #[inline(always)]
     fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
         // SAFETY: every waiting entry is in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
-        let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
-        count(&mut self.work, 8, mask);
-        let mut wanted = !sides.behind & 0xFF;
-        while wanted != 0 {
-            let child = wanted.trailing_zeros() as usize;
-            wanted &= wanted - 1;
+        let mut sides = self.planes[0].sides(self.kernel, mask, &node.boxes);
+        self.join_views(&mut sides, mask, &node.boxes);
+        count(&mut self.work, 8 * V as u32, mask);
+        for child in lanes_of(!sides.behind & 0xFF) {
             let planes = sides.planes_at(mask, child);
-            match node.children[child].target() {
+            match node.children[child % 8].target() {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.enqueue_bucket(Below { number, planes }),
                 Target::Node(number) => {
@@ -312,11 +298,10 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn enqueue_bucket(&mut self, below: Below) {
         // SAFETY: the caller found this bucket in the tree.
-        let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
-        prefetch_lines::<3, _>(bucket);
+        let bucket = unsafe { self.osp.known_bucket(below.number) };
+        prefetch_lines::<3, Bucket>(bucket);
         if below.planes != 0 {
-            // SAFETY: the bucket is in the tree.
-            prefetch_lines::<6, _>(unsafe { &raw const self.osp.known_bucket(below.number).boxes });
+            prefetch_lines::<6, _>(&raw const bucket.boxes);
         }
         self.buckets.push(below);
     }
@@ -334,15 +319,13 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             self.whole_bucket(number, bucket);
             return;
         }
-        let sides = self.planes.sides16(self.kernel, planes, &bucket.boxes);
-        count(&mut self.work, bucket.page_count, planes);
-        let mut wanted = bucket.used() & !sides.behind;
-        while wanted != 0 {
-            let i = wanted.trailing_zeros() as usize & 15;
-            wanted &= wanted - 1;
-            let singles = if bucket.single >> i & 1 == 1 { bucket.counts[i] } else { 0 };
+        let mut sides = self.planes[0].sides(self.kernel, planes, &bucket.boxes);
+        self.join_views(&mut sides, planes, &bucket.boxes);
+        count(&mut self.work, bucket.page_count * V as u32, planes);
+        for i in lanes_of(bucket.used() & !sides.behind) {
+            let singles = if bucket.single >> i & 1 == 1 { bucket.counts[i % 16] } else { 0 };
             let planes = sides.planes_at(planes, i);
-            self.enqueue_page(BelowPage { number: bucket.pages[i], planes, singles });
+            self.enqueue_page(BelowPage { number: bucket.pages[i % 16], planes, singles });
         }
     }
 
@@ -375,32 +358,33 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         for (i, &number) in pages.iter().enumerate() {
             // SAFETY: a page of a bucket in the tree is in the tree.
             let page = unsafe { self.osp.known_page(number) };
-            let runs = u32::from(bucket.counts[i]);
-            if bucket.single >> i & 1 == 1 {
-                self.answer.single(self.kernel, page, runs);
-            } else {
-                self.answer.page(self.kernel, page, runs);
-            }
+            self.whole_page(page, u32::from(bucket.counts[i]), bucket.single >> i & 1 == 1);
+        }
+    }
+
+    /// Reports a page inside every plane. `is_single` tells whether all its runs have one polygon.
+    #[inline(always)]
+    fn whole_page(&mut self, page: &Page, runs: u32, is_single: bool) {
+        if is_single {
+            self.answer.single(self.kernel, page, runs);
+        } else {
+            self.answer.page(self.kernel, page, runs);
         }
     }
 
     #[inline(always)]
     fn enqueue_page(&mut self, below: BelowPage) {
         // SAFETY: the caller found this page in the tree.
-        let page: *const Page = unsafe { self.osp.known_page(below.number) };
-        // SAFETY: the page is in the tree.
-        let boxes: *const PageBoxes = unsafe { self.osp.known_page_boxes(below.number) };
-        if below.singles != 0 {
-            // Only the ids and boxes of a page of single polygons are read.
-            prefetch_lines::<1, _>(page);
-            if below.planes != 0 {
-                prefetch_lines::<6, _>(boxes);
-            }
-        } else {
-            prefetch_lines::<2, _>(page);
-            if below.planes != 0 {
-                prefetch_lines::<7, _>(boxes);
-            }
+        let page = unsafe { self.osp.known_page(below.number) };
+        // Only the ids and boxes of a page of single polygons are read.
+        match below.singles {
+            0 => prefetch_lines::<2, Page>(page),
+            _ => prefetch_lines::<1, Page>(page),
+        }
+        match (below.planes, below.singles) {
+            (0, _) => {}
+            (_, 0) => prefetch_lines::<7, _>(&raw const page.boxes),
+            _ => prefetch_lines::<6, _>(&raw const page.boxes),
         }
         self.pages.push(below);
     }
@@ -411,61 +395,51 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // SAFETY: every waiting entry is in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
-        if singles != 0 {
-            let runs = u32::from(singles);
-            if planes == 0 {
-                self.answer.single(self.kernel, page, runs);
-                return;
-            }
-            // SAFETY: the page is in the tree.
-            let boxes = unsafe { self.osp.known_page_boxes(number) };
-            count(&mut self.work, runs, planes);
-            let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
-            let seen = ((1 << runs) - 1) & !behind;
-            self.tested += u64::from(seen.count_ones());
-            self.answer.singles(self.kernel, page, seen);
-            return;
-        }
+        let runs = if singles != 0 { singles } else { page.runs };
         if planes == 0 {
-            self.answer.page(self.kernel, page, u32::from(page.runs));
+            self.whole_page(page, u32::from(runs), singles != 0);
             return;
         }
-        // SAFETY: the page is in the tree.
-        let boxes = unsafe { self.osp.known_page_boxes(number) };
-        count(&mut self.work, u32::from(page.runs), planes);
-        let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
-        let seen = page.used() & !sides.behind;
+        count(&mut self.work, u32::from(runs) * V as u32, planes);
+        if singles != 0 {
+            let mut lanes = [(1 << runs) - 1; V];
+            for (lanes, view) in lanes.iter_mut().zip(self.planes) {
+                *lanes &= !view.behind(self.kernel, planes, &page.boxes);
+                self.tested += u64::from(lanes.count_ones());
+            }
+            self.answer.singles(self.kernel, page, lanes);
+            return;
+        }
+        let mut sides = self.planes[0].sides(self.kernel, planes, &page.boxes);
+        let behind = self.join_views(&mut sides, planes, &page.boxes);
         // The box of a run of one polygon is the polygon's own box, so the polygon is tested already.
         let exact = u32::from(page.exact);
-        self.tested += u64::from((seen & exact).count_ones());
-        self.answer.lanes(self.kernel, page, seen & (exact | !sides.cut));
-        let cut = seen & sides.cut & !exact;
-        let once = sides.cut_once(planes);
-        let mut left = planes;
-        while left != 0 {
-            let plane = left.trailing_zeros() as usize % 8;
-            left &= left - 1;
-            self.enqueue_cut_by_one(plane, page, boxes, cut & once & sides.cut_by(plane));
+        let mut lanes = [page.used(); V];
+        for (lanes, behind) in lanes.iter_mut().zip(behind) {
+            *lanes &= !behind & (exact | !sides.cut);
+            self.tested += u64::from((*lanes & exact).count_ones());
         }
-        let mut several = cut & !once;
-        while several != 0 {
-            let i = several.trailing_zeros() as usize & 15;
-            several &= several - 1;
-            self.enqueue_cut_by_several(page, boxes, i, sides.planes_at(planes, i));
+        self.answer.lanes(self.kernel, page, lanes);
+        let cut = page.used() & !sides.behind & sides.cut & !exact;
+        let once = sides.cut_once(planes);
+        for plane in lanes_of(planes) {
+            self.enqueue_cut_by_one(plane, page, cut & once & sides.cut_by(plane));
+        }
+        for i in lanes_of(cut & !once) {
+            self.enqueue_cut_by_several(page, i % 16, sides.planes_at(planes, i));
         }
     }
 
     /// Appends runs of a page to the list of one plane.
     #[inline(always)]
-    fn enqueue_cut_by_one(&mut self, plane: usize, page: &Page, of: &PageBoxes, runs: u32) {
-        let prepared = self.planes.plane(plane);
+    fn enqueue_cut_by_one(&mut self, plane: usize, page: &Page, runs: u32) {
+        let prepared = self.planes[0].plane(plane);
         let list = &mut self.cut[plane];
-        let mut left = runs;
-        while left != 0 {
-            let i = left.trailing_zeros() as usize & 15;
-            left &= left - 1;
+        for i in lanes_of(runs) {
+            let i = i % 16;
             // SAFETY: `i` is a run of several polygons in a page of the tree.
-            let boxes = unsafe { store_of(self.osp, of.store[i]) };
+            let boxes = unsafe { store_of(self.osp, page.store[i]) };
+            // The planes of the other views mostly read the same rows.
             prepared.prefetch(boxes);
             list.push(CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 });
         }
@@ -473,9 +447,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn enqueue_cut_by_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
+    fn enqueue_cut_by_several(&mut self, page: &Page, i: usize, planes: u8) {
         // SAFETY: `i` is a run of several polygons in a page of the tree.
-        let boxes = unsafe { store_of(self.osp, of.store[i]) };
+        let boxes = unsafe { store_of(self.osp, page.store[i]) };
         prefetch_lines::<6, _>(boxes);
         let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
         let list = &mut self.cut[SEVERAL];
@@ -486,14 +460,19 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     /// Tests the polygons of the runs that one plane cuts.
     #[inline(always)]
     fn cut_by_one(&mut self, list: usize) {
-        let plane = self.planes.plane(list);
+        // A copy of the plane stays in registers.
+        let plane = self.planes[0].plane(list);
         let mut tested = 0;
         for run in self.cut[list].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
-            let behind = self.kernel.behind(&plane, run.boxes);
-            self.answer.run(self.kernel, run.first & !15, lanes & !behind);
-            tested += u64::from((lanes & !behind).count_ones());
-            count(&mut self.work, lanes.count_ones(), 1 << list);
+            let mut seen = [lanes & !self.kernel.behind(&plane, run.boxes); V];
+            tested += u64::from(seen[0].count_ones());
+            for (seen, view) in seen.iter_mut().zip(self.planes).skip(1) {
+                *seen = lanes & !self.kernel.behind(&view.planes[list], run.boxes);
+                tested += u64::from(seen.count_ones());
+            }
+            self.answer.run(self.kernel, run.first & !15, seen);
+            count(&mut self.work, lanes.count_ones() * V as u32, 1 << list);
         }
         self.cut[list].len = 0;
         self.tested += tested;
@@ -505,10 +484,13 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let mut tested = 0;
         for run in self.cut[SEVERAL].as_slice() {
             let lanes = u32::from(run.mask) << (run.first % 16);
-            count(&mut self.work, lanes.count_ones(), run.planes);
-            let behind = self.planes.behind(self.kernel, run.planes, run.boxes);
-            self.answer.run(self.kernel, run.first & !15, lanes & !behind);
-            tested += u64::from((lanes & !behind).count_ones());
+            let mut seen = [lanes; V];
+            for (seen, view) in seen.iter_mut().zip(self.planes) {
+                *seen &= !view.behind(self.kernel, run.planes, run.boxes);
+                tested += u64::from(seen.count_ones());
+            }
+            self.answer.run(self.kernel, run.first & !15, seen);
+            count(&mut self.work, lanes.count_ones() * V as u32, run.planes);
         }
         self.cut[SEVERAL].len = 0;
         self.tested += tested;
@@ -527,7 +509,7 @@ pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
 /// # Safety
 /// `number` is the `store` of a run that is in the tree and has several polygons.
 #[inline(always)]
-pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
+unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
     // SAFETY: the store of a run of several polygons is in use; `validate` checks it.
     unsafe { osp.store.known_boxes(number) }
 }

@@ -5,20 +5,13 @@ use std::cell::Cell;
 
 use glam::Vec3;
 
-use super::{
-    index::Osp,
-    layout::Target,
-    pool::NONE,
-    residence::Demand,
-    shelf::{GROUPS, lanes_of},
-    unfiled::Group,
-};
+use super::{index::Osp, layout::Target, pool::NONE, residence::Demand, shelf::GROUPS, unfiled::Group};
 use crate::{
     index::{
         WorkCounts,
         probe::{Nearest, NearestPolygons, is_wanted},
         search_entry::SearchEntry,
-        simd::{Boxes, Kernel, WithKernel},
+        simd::{Boxes, Kernel, WithKernel, lanes_of},
     },
     math::{Ray, latest},
     polygon::PolygonId,
@@ -221,14 +214,8 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         let mut at = head;
         while at != NONE {
             let bucket = &osp.buckets[at];
-            for (half, boxes) in bucket.boxes.0.iter().enumerate() {
-                let used = bucket.used() >> (8 * half) & 0xFF;
-                if used == 0 {
-                    break;
-                }
-                for (lane, t) in self.reach(boxes, used).lanes() {
-                    self.stack.push(SearchEntry { t, place: Candidate::Page(bucket.pages[8 * half + lane]) });
-                }
+            for (lane, t) in self.reach(&bucket.boxes, bucket.used()).lanes() {
+                self.stack.push(SearchEntry { t, place: Candidate::Page(bucket.pages[lane]) });
             }
             at = bucket.next;
         }
@@ -237,19 +224,10 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     /// Searches the runs of a page, near ones first.
     #[inline(always)]
     fn test_page(&mut self, number: u32) {
-        let osp = self.osp;
-        let mut runs = [(0.0, 0); 16];
-        let mut count = 0;
-        let used = osp.pages[number].used();
-        for (half, boxes) in osp.pages.boxes(number).0.iter().enumerate() {
-            let used = used >> (8 * half) & 0xFF;
-            if used == 0 {
-                break;
-            }
-            for (lane, t) in self.reach(boxes, used).lanes() {
-                runs[count] = (t, 8 * half + lane);
-                count += 1;
-            }
+        let (osp, page) = (self.osp, &self.osp.pages[number]);
+        let (mut runs, mut count) = ([(0.0, 0); 16], 0);
+        for (lane, t) in self.reach(&page.boxes, page.used()).lanes() {
+            (runs[count], count) = ((t, lane), count + 1);
         }
         let runs = &mut runs[..count];
         runs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -257,7 +235,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             if !self.search.wants(t) {
                 return;
             }
-            let (run, _) = osp.pages.run(number, lane);
+            let (run, _) = page.run(lane);
             let (first, lanes) = (run.first & !15, u32::from(run.lanes()));
             if !run.is_exact() {
                 self.test_lanes(first / 16, lanes, osp.store.boxes(run.store));
@@ -287,12 +265,7 @@ struct Reached<const N: usize> {
 impl<const N: usize> Reached<N> {
     #[inline(always)]
     fn lanes(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
-        let mut left = self.mask;
-        std::iter::from_fn(move || {
-            let lane = (left != 0).then(|| left.trailing_zeros() as usize)?;
-            left &= left - 1;
-            Some((lane, self.t[lane % N]))
-        })
+        lanes_of(self.mask).map(|lane| (lane % N, self.t[lane % N]))
     }
 }
 
@@ -327,10 +300,7 @@ fn enter<K: Kernel, const N: usize>(
     let odd = used & !kernel.not_negative(&odd);
     let mut mask = used & !odd & kernel.not_negative(&later);
     // A lane needs the exact test if the ray is parallel to an axis or the lane has no box.
-    let mut left = odd;
-    while left != 0 {
-        let lane = left.trailing_zeros() as usize;
-        left &= left - 1;
+    for lane in lanes_of(odd) {
         let bounds = boxes.get(lane % N);
         if let Some(t) = (!bounds.is_empty()).then(|| ray.enter_box(&bounds, reach)).flatten() {
             near[lane % N] = t;

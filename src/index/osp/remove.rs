@@ -5,14 +5,14 @@
 //! polygons were removed or moved, up to a limit. So the cost of upkeep is proportional to the changes.
 
 use super::{
-    grid::Grid,
+    grid::{Grid, ROOT_SHIFT},
     index::Osp,
-    layout::{Bucket, Link, Node, OWN, Run, TakenRun, Target},
+    layout::{Bucket, Link, Node, OWN, Target},
     pool::NONE,
     tuning::{MERGE_RUNS, UPKEEP_PER_COMMIT},
 };
 use crate::{
-    index::simd::{Boxes, Wide},
+    index::simd::{Boxes, lanes_of},
     math::Aabb,
 };
 
@@ -53,9 +53,9 @@ impl Osp {
         page.runs -= 1;
         let last = usize::from(page.runs);
         let loose = page.loose >> last & 1;
-        let (run, bounds) = self.pages.run(page_number, last);
+        let (run, bounds) = self.pages[page_number].run(last);
         if lane != last {
-            self.pages.set_run(page_number, lane, run, &bounds);
+            self.pages[page_number].set_run(lane, run, &bounds);
             self.pages[page_number].loose |= loose << lane;
             self.note_place(run, page_number * 16 + lane as u32);
         }
@@ -116,10 +116,7 @@ impl Osp {
     /// Tightens the boxes of a page's runs, the page's box and the boxes above. Joins pages and buckets that have become
     /// too empty.
     fn tighten(&mut self, page_number: u32) {
-        let mut left = self.pages[page_number].loose;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
+        for lane in lanes_of(self.pages[page_number].loose) {
             self.tighten_run(page_number, lane);
         }
         let page = &self.pages[page_number];
@@ -128,7 +125,7 @@ impl Osp {
             self.detach_page(page_number);
             self.release_page(page_number);
         } else {
-            let (at, bounds) = (usize::from(page.at), self.pages.boxes(page_number).around(page.used()));
+            let (at, bounds) = (usize::from(page.at), page.boxes.around(page.used()));
             self.upkeep.boxes += 1;
             let bucket = &mut self.buckets[bucket];
             bucket.note_runs(page);
@@ -142,7 +139,7 @@ impl Osp {
     }
 
     fn tighten_run(&mut self, page_number: u32, lane: usize) {
-        let (mut run, _) = self.pages.run(page_number, lane);
+        let (mut run, _) = self.pages[page_number].run(lane);
         if run.is_exact() {
             self.pages[page_number].loose &= !(1 << lane);
             return;
@@ -154,7 +151,7 @@ impl Osp {
         if run.mask == 1 {
             run.store = NONE;
         }
-        self.pages.set_run(page_number, lane, run, &bounds);
+        self.pages[page_number].set_run(lane, run, &bounds);
     }
 
     /// Removes a page from its bucket; the bucket's last page moves to its position.
@@ -183,8 +180,8 @@ impl Osp {
             return;
         };
         for lane in 0..usize::from(runs) {
-            let (run, bounds) = self.pages.run(from, lane);
-            let new = self.pages.push_run(to, run, &bounds);
+            let (run, bounds) = self.pages[from].run(lane);
+            let new = self.pages[to].push_run(run, &bounds);
             let page = &self.pages[to];
             let at = usize::from(page.at);
             self.buckets[bucket_number].note_runs(page);
@@ -281,46 +278,6 @@ impl Osp {
             self.collapse(at);
             at = parent;
         }
-        if at == self.top && !self.is_flat && self.is_sparse(at) {
-            self.flatten();
-        }
-    }
-
-    /// Replaces a sparse top node by the root cube's node, with the remaining runs in its list.
-    fn flatten(&mut self) {
-        if let Some(entry) =
-            Grid::flat_entry(self.flat_levels, &self.nodes[self.top].key, self.nodes[self.top].shift)
-        {
-            self.flat[entry] = Link::NONE.to_bits();
-        }
-        let (kept, count) = self.take_runs(self.top);
-        self.init_root();
-        self.shape += 1;
-        if count > 0 {
-            let bucket = self.new_bucket(self.top, OWN, &Grid::root_key());
-            self.append_all(bucket, &kept[..count]);
-        }
-    }
-
-    /// Releases a sparse node with its subtree. Returns the runs and their number.
-    fn take_runs(&mut self, node: u32) -> ([TakenRun; MERGE_RUNS as usize], usize) {
-        let mut kept = [(Run::NONE, Aabb::EMPTY, false); MERGE_RUNS as usize];
-        let mut count = 0;
-        self.dissolve(node, &mut |run| {
-            kept[count] = run;
-            count += 1;
-        });
-        (kept, count)
-    }
-
-    fn append_all(&mut self, bucket: u32, runs: &[TakenRun]) {
-        for (run, bounds, loose) in runs {
-            let wide = Wide::from_box(bounds);
-            let place = self.append(bucket, *run, wide, self.grid.level_for(wide));
-            if *loose {
-                self.mark_loose(place);
-            }
-        }
     }
 
     /// Whether a node has no child nodes, and at most [`MERGE_RUNS`] runs in its list and leaves.
@@ -337,46 +294,52 @@ impl Osp {
         runs <= MERGE_RUNS
     }
 
+    /// Replaces a sparse node by a leaf.
     fn collapse(&mut self, node: u32) {
         self.shape += 1;
-        let (parent, slot, cell) = (self.nodes[node].parent, self.nodes[node].slot, self.nodes[node].key);
-        let (kept, count) = self.take_runs(node);
-        self.set_child(parent, slot, Link::NONE, &cell);
-        if count > 0 {
-            let bucket = self.new_bucket(parent, slot, &cell);
-            self.append_all(bucket, &kept[..count]);
+        let Node { children, own, parent, slot, key, .. } = self.nodes[node];
+        let mut taken = std::mem::take(&mut self.taken);
+        taken.clear();
+        for (slot, link) in (0..).zip(children) {
+            if let Target::Leaf(head) = link.target() {
+                self.take_apart(head, &mut taken);
+                let cell = self.cell_of_slot(node, slot);
+                self.set_child(node, slot, Link::NONE, &cell);
+            }
         }
+        self.take_apart(own, &mut taken);
+        self.nodes.give(node);
+        self.set_child(parent, slot, Link::NONE, &key);
+        if !taken.is_empty() {
+            let leaf = self.new_bucket(parent, slot, &key);
+            taken.iter().for_each(|run| self.append_taken(leaf, run));
+        }
+        self.taken = taken;
         self.tighten_above(parent, slot);
     }
 
-    /// Releases a node with its subtree. Calls `out` with each run.
-    fn dissolve(&mut self, node: u32, out: &mut dyn FnMut(TakenRun)) {
-        for slot in 0..8 {
-            let cell = self.cell_of_slot(node, slot);
-            match self.nodes[node].children[slot as usize].target() {
-                Target::Nothing => continue,
-                Target::Leaf(head) => self.take_apart(head, |_, run| out(run)),
-                Target::Node(below) => self.dissolve(below, out),
-            }
-            self.set_child(node, slot, Link::NONE, &cell);
-        }
-        self.take_apart(self.nodes[node].own, |_, run| out(run));
-        self.nodes.give(node);
-    }
-
-    /// Removes the top node as long as its only content is one child node.
+    /// Removes the top node as long as its only content is one child node. If it has no content, the root cube's node
+    /// replaces it.
     fn lower_top(&mut self) {
         loop {
             let top = self.nodes[self.top];
             let mut below = top.children.iter().filter(|&&link| link != Link::NONE);
-            let (Some(only), None, NONE) = (below.next(), below.next(), top.own) else { return };
-            let Target::Node(node) = only.target() else { return };
+            let only = match (below.next().map(|link| link.target()), below.next(), top.own) {
+                (Some(Target::Node(node)), None, NONE) => node,
+                (None, None, NONE) if top.shift != ROOT_SHIFT => NONE,
+                _ => return,
+            };
             if let Some(entry) = Grid::flat_entry(self.flat_levels, &top.key, top.shift) {
                 self.flat[entry] = Link::NONE.to_bits();
             }
+            self.shape += 1;
             self.nodes.give(self.top);
-            self.nodes[node].parent = NONE;
-            self.top = node;
+            if only == NONE {
+                self.init_root();
+                return;
+            }
+            self.nodes[only].parent = NONE;
+            self.top = only;
         }
     }
 }

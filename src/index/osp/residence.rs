@@ -15,12 +15,8 @@ use std::{
     sync::atomic::{AtomicU8, Ordering::Relaxed},
 };
 
-use super::{
-    index::Osp,
-    shelf::{GROUPS, lanes_of},
-    store::At,
-};
-use crate::{math::Aabb, polygon::PolygonId};
+use super::{index::Osp, shelf::GROUPS, store::At};
+use crate::{index::simd::lanes_of, math::Aabb, polygon::PolygonId};
 
 /// Number of commits between two examinations of a block. With fewer commits, the pieces of a stroke that is being drawn
 /// are filed and taken out again.

@@ -1,7 +1,7 @@
 //! Divides the polygons of a block into runs of neighbours.
 
-use super::{layout::Run, pool::NONE, shelf::lanes_of, tuning::RUN_STRETCH};
-use crate::index::simd::{Boxes, Wide};
+use super::{layout::Run, pool::NONE, tuning::RUN_STRETCH};
+use crate::index::simd::{Boxes, Wide, lanes_of};
 
 /// The runs of a block.
 #[derive(Clone, Debug)]

@@ -1,7 +1,11 @@
 //! What the store consists of: shelves, groups and blocks of consecutive ids, and the boxes around them.
 
 use super::pool::{NONE, Pooled};
-use crate::{index::simd::Boxes, math::Aabb, polygon::BLOCK};
+use crate::{
+    index::simd::{Boxes, lanes_of},
+    math::Aabb,
+    polygon::BLOCK,
+};
 
 /// Number of blocks of a shelf.
 pub(super) const BLOCKS: usize = 256;
@@ -10,7 +14,7 @@ pub(super) const GROUPS: usize = 16;
 /// Number of ids of a shelf.
 pub(super) const IDS_A_SHELF: usize = BLOCKS * BLOCK;
 
-/// Flag of a [`Place`] that holds the number of a [`Detail`].
+/// Flag of a [`Place`] that holds the number of a detail in the store.
 pub(super) const DETAILED: u32 = 1 << 31;
 
 /// The place of a run: its page's number times 16, plus its lane.
@@ -80,8 +84,6 @@ pub(super) struct Shelf {
     pub(super) waiting: [u16; 16],
     /// For each group, the blocks that did not move between their last two examinations.
     pub(super) resting: [u16; 16],
-    /// In a free shelf, the next free shelf.
-    next: u32,
 }
 
 impl Pooled for Shelf {
@@ -95,57 +97,16 @@ impl Pooled for Shelf {
         top: Around::EMPTY,
         waiting: [0; 16],
         resting: [0; 16],
-        next: NONE,
     };
     const SHIFT: u32 = 2;
-
-    fn next_free(&self) -> u32 {
-        self.next
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.next = next;
-    }
 }
 
 /// The place of each polygon of a block with more than one run.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Detail {
-    pub(super) places: [Place; 16],
-}
-
-impl Pooled for Detail {
-    const BLANK: Self = Self { places: [NONE; 16] };
-
-    fn next_free(&self) -> u32 {
-        self.places[0]
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.places[0] = next;
-    }
+impl Pooled for [Place; 16] {
+    const BLANK: Self = [NONE; 16];
 }
 
 /// The boxes of a block's polygons. The lanes of unused ids are unspecified.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Exact {
-    pub(super) boxes: Boxes<16>,
-}
-
-impl Pooled for Exact {
-    const BLANK: Self = Self { boxes: Boxes::EMPTY };
-
-    fn next_free(&self) -> u32 {
-        self.boxes.rows[0][0].to_bits()
-    }
-
-    fn set_next_free(&mut self, next: u32) {
-        self.boxes.rows[0][0] = f32::from_bits(next);
-    }
-}
-
-/// The bits of a mask, in order.
-pub(super) fn lanes_of(mask: u16) -> impl Iterator<Item = usize> + Clone {
-    crate::polygon::bits::bits_of(u64::from(mask))
+impl Pooled for Boxes<16> {
+    const BLANK: Self = Self::EMPTY;
 }

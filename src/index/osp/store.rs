@@ -12,13 +12,13 @@ use insertion::Open;
 
 use super::{
     pool::{NONE, Pool},
-    shelf::{Around, BLOCKS, DETAILED, Detail, Exact, GROUPS, IDS_A_SHELF, Place, Shelf, lanes_of},
+    shelf::{Around, BLOCKS, DETAILED, GROUPS, IDS_A_SHELF, Place, Shelf},
     unfiled::Group,
 };
 use crate::{
     index::{
         IndexError,
-        simd::{Boxes, Wide, prefetch_lines},
+        simd::{Boxes, Wide, lanes_of, prefetch_lines},
     },
     math::Aabb,
     polygon::{BLOCK, PolygonId},
@@ -31,8 +31,10 @@ pub(super) struct Store {
     /// Boxes around sixteen entries of the directory each.
     pub(super) tops: Vec<Around>,
     shelves: Pool<Shelf>,
-    exact: Pool<Exact>,
-    details: Pool<Detail>,
+    /// The boxes of the polygons of a block. The lanes of unused ids are unspecified.
+    exact: Pool<Boxes<16>>,
+    /// The places of the polygons of a block with several runs.
+    details: Pool<[Place; 16]>,
     len: usize,
     filed: usize,
     /// Number of blocks with a polygon, and with one that is not filed.
@@ -152,7 +154,7 @@ impl Store {
 
     /// The boxes of the first `blocks` blocks of a group, which all have polygons, if they lie in a row.
     #[inline(always)]
-    pub(super) fn row(&self, shelf: &Shelf, group: usize, blocks: usize) -> Option<&[Exact]> {
+    pub(super) fn row(&self, shelf: &Shelf, group: usize, blocks: usize) -> Option<&[Boxes<16>]> {
         let numbers = &shelf.boxes[group * 16..][..blocks];
         let first = *numbers.first()?;
         let steps =
@@ -167,12 +169,12 @@ impl Store {
     #[inline(always)]
     pub(super) unsafe fn known_boxes(&self, number: u32) -> &Boxes<16> {
         // SAFETY: a block has boxes as long as it has a polygon; `validate` checks this.
-        unsafe { &self.exact.known(number).boxes }
+        unsafe { self.exact.known(number) }
     }
 
     /// The exact boxes with this number.
     pub(super) fn boxes(&self, number: u32) -> &Boxes<16> {
-        &self.exact[number].boxes
+        &self.exact[number]
     }
 
     /// The number of a block's boxes; [`NONE`] if it has no polygon.
@@ -191,7 +193,7 @@ impl Store {
         let (at, lane) = (self.at(id.0 / 16)?, id.index() % BLOCK);
         let shelf = &self.shelves[at.shelf];
         let is_live = shelf.live[at.block] >> lane & 1 == 1;
-        is_live.then(|| self.exact[shelf.boxes[at.block]].boxes.get(lane))
+        is_live.then(|| self.exact[shelf.boxes[at.block]].get(lane))
     }
 
     /// Makes an entry of a block that has no shelf or no polygon.
@@ -229,7 +231,7 @@ impl Store {
         mut refuse: impl FnMut(IndexError),
     ) -> usize {
         let shelf = &mut self.shelves[at.shelf];
-        let (live, boxes) = (shelf.live[at.block], &mut self.exact[shelf.boxes[at.block]].boxes);
+        let (live, boxes) = (shelf.live[at.block], &mut self.exact[shelf.boxes[at.block]]);
         let (mut moved, mut count) = (0, 0);
         for (id, bounds) in updates {
             let lane = id.index() % BLOCK;
@@ -379,7 +381,7 @@ impl Store {
         let live = shelf.live[at.block];
         let bounds = match live {
             0 => Aabb::EMPTY,
-            _ => self.exact[shelf.boxes[at.block]].boxes.around(live.into()),
+            _ => self.exact[shelf.boxes[at.block]].around(live.into()),
         };
         around.boxes.set(lane, &bounds);
         around.loose &= !(1 << lane);
@@ -453,7 +455,7 @@ impl Store {
         let at = self.at(id / 16)?;
         match self.shelves[at.shelf].place[at.block] {
             NONE => None,
-            place if place & DETAILED != 0 => Some(self.details[place & !DETAILED].places[id as usize % 16]),
+            place if place & DETAILED != 0 => Some(self.details[place & !DETAILED][id as usize % 16]),
             place => Some(place),
         }
     }
@@ -474,11 +476,11 @@ impl Store {
             old & !DETAILED
         } else {
             let detail = self.details.take();
-            self.details[detail].places = [old; 16];
+            self.details[detail] = [old; 16];
             shelf.place[at] = detail | DETAILED;
             detail
         };
-        let places = &mut self.details[detail].places;
+        let places = &mut self.details[detail];
         for lane in lanes_of(mask) {
             places[lane] = place;
         }

@@ -14,8 +14,8 @@ pub(super) const fn flat_levels(polygons: usize) -> u32 {
     }
 }
 
-/// Largest number of runs of a leaf before it is split, and of the whole tree before it has leaves. If it is larger, the
-/// tree has fewer nodes, and a leaf that a plane cuts has more runs to test.
+/// Largest number of runs of a leaf before it is split. If it is larger, the tree
+/// has fewer nodes, and a leaf that a plane cuts has more runs to test.
 pub(super) const LEAF_RUNS: u32 = 256;
 
 /// A node with at most this number of runs below it becomes a leaf again. It is less than half of [`LEAF_RUNS`], so that

@@ -1,10 +1,13 @@
 //! The polygons of the store that are not in the tree, group by group.
 
 use super::{
-    shelf::{Around, BLOCKS, Shelf, lanes_of},
+    shelf::{Around, BLOCKS, Shelf},
     store::Store,
 };
-use crate::{index::simd::Boxes, math::Aabb};
+use crate::{
+    index::simd::{Boxes, lanes_of},
+    math::Aabb,
+};
 
 /// A group with polygons that are not in the tree.
 #[derive(Clone, Copy)]

@@ -7,13 +7,12 @@ use super::{
     layout::{Bucket, Target},
     pool::NONE,
     residence::Demand,
-    shelf::lanes_of,
     unfiled::Group,
 };
 use crate::{
     index::{
         Node, Visit, Visitor, WorkCounts,
-        simd::{Boxes, Halves, Kernel, PlaneSet, Sides, WithKernel},
+        simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, lanes_of},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::{PolygonId, VisibleBlocks},
@@ -49,11 +48,10 @@ impl Osp {
     }
 }
 
-/// Boxes of children, of pages or runs, or of polygons.
+/// Boxes of children, or of pages, runs or polygons.
 enum Many<'a> {
     Children(&'a Boxes<8>),
-    Entries(&'a Halves),
-    Polygons(&'a Boxes<16>),
+    Sixteen(&'a Boxes<16>),
 }
 
 /// A test of boxes against some of the planes.
@@ -65,9 +63,8 @@ impl WithKernel for Test<'_> {
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> Sides {
         match self.2 {
-            Many::Children(boxes) => self.0.sides8(kernel, self.1, boxes),
-            Many::Entries(boxes) => self.0.sides16(kernel, self.1, boxes),
-            Many::Polygons(boxes) => self.0.sides_rows(kernel, self.1, boxes),
+            Many::Children(boxes) => self.0.sides(kernel, self.1, boxes),
+            Many::Sixteen(boxes) => self.0.sides(kernel, self.1, boxes),
         }
     }
 }
@@ -231,7 +228,7 @@ impl Walk<'_> {
         let mut at = head;
         while at != NONE {
             let bucket = &osp.buckets[at];
-            let (sides, seen) = self.sides(below.planes, bucket.used(), Many::Entries(&bucket.boxes));
+            let (sides, seen) = self.sides(below.planes, bucket.used(), Many::Sixteen(&bucket.boxes));
             self.work.nodes += u64::from(seen.count_ones());
             for i in lanes_of(seen) {
                 let planes = sides.planes_at(below.planes, i);
@@ -264,8 +261,8 @@ impl Walk<'_> {
             return;
         }
         let planes = below.planes & self.planes;
-        let boxes = osp.pages.boxes(number);
-        let (sides, mut seen) = self.sides(planes, page.used(), Many::Entries(boxes));
+        let boxes = &page.boxes;
+        let (sides, mut seen) = self.sides(planes, page.used(), Many::Sixteen(boxes));
         self.work.nodes += u64::from(seen.count_ones());
         for run in lanes_of(seen) {
             let is_small = (page.masks[run].count_ones() as usize) < self.least;
@@ -282,7 +279,7 @@ impl Walk<'_> {
             self.visitor.leaves(&bounds[..count], &polygons[..count], &mut answers[..count]);
         }
         for (lane, answer) in lanes_of(seen).zip(answers) {
-            let (run, bounds) = osp.pages.run(number, lane);
+            let (run, bounds) = page.run(lane);
             let below = Below { planes: sides.planes_at(planes, lane), ..below };
             let polygons = run.mask.count_ones() as usize;
             let part = || Part { bounds, depth: depth + 1, polygons, is_leaf: true };
@@ -300,7 +297,7 @@ impl Walk<'_> {
 
     /// Lists those polygons of a leaf that no remaining plane excludes.
     fn block(&mut self, (block, lanes): (u32, u16), boxes: &Boxes<16>, below: Below) {
-        let (_, seen) = self.sides(below.planes, lanes.into(), Many::Polygons(boxes));
+        let (_, seen) = self.sides(below.planes, lanes.into(), Many::Sixteen(boxes));
         self.list((block, seen), below, |lane| boxes.get(lane));
     }
 

@@ -8,20 +8,9 @@
 
 use std::sync::OnceLock;
 
-#[cfg(target_arch = "aarch64")]
-use super::aarch64_neon::Neon as Baseline;
-#[cfg(not(any(
-    target_arch = "x86_64",
-    target_arch = "aarch64",
-    all(target_arch = "wasm32", target_feature = "simd128")
-)))]
-use super::scalar::Scalar as Baseline;
-#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-use super::wasm_simd128::Simd128 as Baseline;
+use super::{WithKernel, narrow::Narrow};
 #[cfg(target_arch = "x86_64")]
-use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2 as Baseline};
-
-use super::WithKernel;
+use super::{x86_avx2::Avx2, x86_avx512::Avx512};
 
 /// An instruction set that the box tests can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,7 +109,7 @@ impl Backend {
             }
             _ => {}
         }
-        work.run(Baseline::new())
+        work.run(Narrow)
     }
 }
 

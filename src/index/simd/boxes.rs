@@ -17,8 +17,8 @@ impl<const N: usize> Boxes<N> {
         Self { rows: [inf, inf, inf, neg, neg, neg] }
     };
 
-    #[inline]
     /// The box of a lane.
+    #[inline]
     pub fn get(&self, lane: usize) -> Aabb {
         let at = |row: usize| self.rows[row][lane];
         Aabb { min: Vec3::new(at(0), at(1), at(2)), max: Vec3::new(at(3), at(4), at(5)) }
@@ -83,42 +83,6 @@ impl<const N: usize> Boxes<N> {
         let low = |row| fold(row, f32::INFINITY, |a, b| a < b);
         let high = |row| fold(row, f32::NEG_INFINITY, |a, b| a > b);
         Aabb { min: Vec3::new(low(0), low(1), low(2)), max: Vec3::new(high(3), high(4), high(5)) }
-    }
-}
-
-/// Sixteen boxes in two halves of eight, because replacing a box then touches three cache lines instead of six.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Halves(pub(crate) [Boxes<8>; 2]);
-
-impl Halves {
-    /// An empty box in every lane.
-    pub(crate) const EMPTY: Self = Self([Boxes::EMPTY; 2]);
-
-    /// Address of the half that holds a lane, for prefetching.
-    #[inline]
-    pub(crate) fn half_of(halves: *const Self, lane: usize) -> *const Boxes<8> {
-        halves.cast::<Boxes<8>>().wrapping_add(lane / 8 % 2)
-    }
-
-    #[inline]
-    pub(crate) fn get(&self, lane: usize) -> Aabb {
-        self.0[lane / 8].get(lane % 8)
-    }
-
-    #[inline]
-    pub(crate) fn set(&mut self, lane: usize, bounds: &Aabb) {
-        self.0[lane / 8].set(lane % 8, bounds);
-    }
-
-    #[inline]
-    pub(crate) fn set_wide(&mut self, lane: usize, bounds: Wide) {
-        self.0[lane / 8].set_wide(lane % 8, bounds);
-    }
-
-    /// The box around the boxes in the lanes of `mask`, which is below `2^16`.
-    #[inline]
-    pub(crate) fn around(&self, mask: u32) -> Aabb {
-        self.0[0].around(mask & 0xFF).union(&self.0[1].around(mask >> 8))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-use super::Kernel;
+use super::{Kernel, lanes_of};
 use crate::polygon::PolygonId;
 
 /// The runs of a page. Run `i` holds the ids `first[i] + bit` for the set bits of `masks[i]`.
@@ -117,10 +117,10 @@ impl<'a> IdWriter<'a> {
 
     /// Appends the first `count` of `ids`, at most sixteen.
     #[inline(always)]
-    pub(crate) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
+    pub(crate) fn push_copy(&mut self, ids: &[u32; 16], count: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
-        kernel.copy(ids, unsafe { self.entries(0) });
+        copy(ids, unsafe { self.entries(0) });
         self.len += (count as usize).min(16);
     }
 
@@ -142,7 +142,7 @@ impl<'a> IdWriter<'a> {
         // SAFETY: there is room now.
         let entries = unsafe { self.entries(0) };
         self.len += if lanes == 0xFFFF {
-            kernel.copy(ids, entries);
+            copy(ids, entries);
             16
         } else {
             kernel.pack(ids, lanes, entries)
@@ -157,7 +157,7 @@ impl<'a> IdWriter<'a> {
         let mut at = 0;
         if page.single == all {
             // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
-            kernel.copy(page.first, unsafe { self.entries(0) });
+            copy(page.first, unsafe { self.entries(0) });
             at = runs as usize;
         } else if page.gaps == 0 {
             for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
@@ -179,18 +179,14 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
         self.make_room(0);
         let mut at = 0;
-        let mut whole = lanes & !page.single & !page.gaps & 0xFFFF;
-        while whole != 0 {
-            let lane = whole.trailing_zeros() as usize & 15;
-            whole &= whole - 1;
+        for lane in lanes_of(lanes & !page.single & !page.gaps & 0xFFFF) {
+            let lane = lane % 16;
             // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
             kernel.write_sixteen(page.first[lane], unsafe { self.entries(at) });
             at += page.masks[lane].count_ones() as usize;
         }
-        let mut gaps = lanes & page.gaps & 0xFFFF;
-        while gaps != 0 {
-            let lane = gaps.trailing_zeros() as usize & 15;
-            gaps &= gaps - 1;
+        for lane in lanes_of(lanes & page.gaps & 0xFFFF) {
+            let lane = lane % 16;
             // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
             at +=
                 kernel.write_ids(page.first[lane], u32::from(page.masks[lane]), unsafe { self.entries(at) });
@@ -202,6 +198,13 @@ impl<'a> IdWriter<'a> {
         }
         self.len += at;
     }
+}
+
+/// Copies sixteen numbers.
+#[inline(always)]
+fn copy(numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
+    // SAFETY: both have sixteen entries.
+    unsafe { out.as_mut_ptr().copy_from_nonoverlapping(numbers.as_ptr().cast(), 16) };
 }
 
 /// Sets the list's length to `len`. Then doubles the capacity, or makes room for `more` and [`ROOM_BEHIND`] if that is

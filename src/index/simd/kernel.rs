@@ -10,30 +10,40 @@ pub trait Kernel: Copy {
     /// The lanes whose boxes lie wholly behind at least one of the planes.
     fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32;
 
-    /// Among the eight lanes from `at` (at most `N - 8`): the lanes wholly behind the plane, and the lanes wholly on
-    /// its inner side.
-    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
-
-    /// Does the same as [`Kernel::sides`] for sixteen lanes.
-    #[inline(always)]
-    fn sides16(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32) {
-        let (low, high) = (self.sides(plane, boxes, 0), self.sides(plane, boxes, 8));
-        (low.0 | high.0 << 8, low.1 | high.1 << 8)
-    }
+    /// Among 8 or 16 boxes: the lanes wholly behind the plane, and the lanes wholly on its inner side.
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>) -> (u32, u32);
 
     /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the beginning of `out`; returns the
     /// number of ids. Overwrites the rest of `out`.
-    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
+    #[inline(always)]
+    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        if mask == 0xFFFF {
+            self.write_sixteen(first, out);
+            return 16;
+        }
+        for (place, lane) in out.iter_mut().zip(lanes_of(mask)) {
+            place.write(first.wrapping_add(lane as u32));
+        }
+        mask.count_ones() as usize
+    }
 
     /// Writes the sixteen consecutive ids from `first` on.
-    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]);
-
-    /// Copies sixteen numbers.
-    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]);
+    #[inline(always)]
+    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
+        for (place, lane) in out.iter_mut().zip(0..) {
+            place.write(first.wrapping_add(lane));
+        }
+    }
 
     /// Writes the numbers in the lanes of `mask` to the beginning of `out`; returns how many. Overwrites the rest of
     /// `out`.
-    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+        for (place, lane) in out.iter_mut().zip(lanes_of(mask)) {
+            place.write(numbers[lane % 16]);
+        }
+        mask.count_ones() as usize
+    }
 
     /// Among 8 or 16 lanes, the lanes whose number is at least 0; NaN does not count.
     #[inline(always)]
@@ -72,7 +82,8 @@ pub trait Kernel: Copy {
         cells
     }
 
-    /// Two masks of lanes: boxes wholly behind the plane by their slack, and boxes wholly in front by it. The plane has a unit normal and the signed distance `distance` from the eye.
+    /// Two masks of lanes: boxes wholly behind the plane by their slack, and boxes wholly in front by it. The plane has a
+    /// unit normal and the signed distance `distance` from the eye.
     #[inline(always)]
     fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;
@@ -86,6 +97,30 @@ pub trait Kernel: Copy {
             before |= u32::from((middle + reach) - distance <= -slack) << lane;
         }
         (beyond, before)
+    }
+}
+
+/// The lanes of a mask, ascending.
+#[derive(Clone)]
+pub(crate) struct Lanes(u32);
+
+/// The lanes of a mask, ascending.
+#[inline(always)]
+pub(crate) fn lanes_of(mask: impl Into<u32>) -> Lanes {
+    Lanes(mask.into())
+}
+
+impl Iterator for Lanes {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize;
+        if self.0 == 0 {
+            return None;
+        }
+        self.0 &= self.0 - 1;
+        Some(lane)
     }
 }
 

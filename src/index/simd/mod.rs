@@ -6,23 +6,15 @@
 //! order that [`crate::math`] fixes, without fused multiply-add. All kernels therefore return the same results, bit for
 //! bit.
 
-#[cfg(target_arch = "aarch64")]
-mod aarch64_neon;
 mod backend;
 mod boxes;
 mod eye_boxes;
 mod id_writer;
 mod kernel;
-#[cfg(any(
-    target_arch = "x86_64",
-    target_arch = "aarch64",
-    all(target_arch = "wasm32", target_feature = "simd128")
-))]
 mod narrow;
 mod planes;
 mod prefetch;
 mod prepared_plane;
-mod scalar;
 #[cfg(test)]
 mod tests;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
@@ -31,18 +23,16 @@ mod wasm_simd128;
 mod x86_avx2;
 #[cfg(target_arch = "x86_64")]
 mod x86_avx512;
-#[cfg(target_arch = "x86_64")]
-mod x86_sse2;
 
 pub use backend::Backend;
 pub use boxes::Boxes;
-pub(crate) use boxes::{Halves, Wide};
+pub(crate) use boxes::Wide;
 pub(crate) use eye_boxes::EyeBoxes;
 pub(crate) use id_writer::PageRuns;
 pub use id_writer::{IdWriter, ROOM_BEHIND};
+pub(crate) use kernel::lanes_of;
 pub use kernel::{Kernel, WithKernel};
-pub use planes::Sides;
-pub use planes::{PlaneLanes, PlaneSet};
+pub use planes::{PlaneSet, Sides};
 pub(crate) use prefetch::prefetch;
 pub use prefetch::prefetch_lines;
 pub(crate) use prepared_plane::PreparedPlane;

@@ -13,18 +13,6 @@ pub struct PreparedPlane {
 }
 
 impl PreparedPlane {
-    /// Whether both planes have the same normal, bit for bit.
-    #[inline(always)]
-    pub(crate) fn has_normal_of(&self, other: &Self) -> bool {
-        self.normal.map(f32::to_bits) == other.normal.map(f32::to_bits)
-    }
-
-    /// Returns the parallel plane that has the position of `other`, a plane with the same normal.
-    #[inline(always)]
-    pub(crate) fn moved_to(self, other: &Self) -> Self {
-        Self { d: other.d, ..self }
-    }
-
     /// Prefetches the cache lines that [`super::Kernel::behind`] will read.
     #[inline(always)]
     pub fn prefetch(&self, boxes: &Boxes<16>) {

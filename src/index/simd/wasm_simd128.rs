@@ -3,71 +3,25 @@
     reason = "SIMD loads and stores; each is tested against the scalar kernel, in tests/simd.test.mjs of web/npm"
 )]
 
+//! Packs ids with WebAssembly's 128-bit registers, in builds with the target feature `simd128`, because a module cannot
+//! detect them at run time.
+
 use std::{arch::wasm32::*, mem::MaybeUninit};
 
-use super::narrow::{Four, Narrow};
+/// The implementation of [`super::Kernel::pack`].
+#[inline(always)]
+pub(super) fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+    pack_quarters(mask, out, |quarter| {
+        // SAFETY: a quarter is 0 to 3, so four numbers follow its first; no alignment is required.
+        unsafe { v128_load(numbers.as_ptr().add(quarter * 4).cast()) }
+    })
+}
 
-/// The kernel for WebAssembly's 128-bit registers, in builds with the target feature `simd128`, because a module cannot
-/// detect them at run time.
-pub(super) type Simd128 = Narrow<v128>;
-
-impl Four for v128 {
-    type Mask = v128;
-
-    #[inline(always)]
-    fn load(numbers: &[f32; 4]) -> Self {
-        // SAFETY: the four numbers exist, and no alignment is required.
-        unsafe { v128_load(numbers.as_ptr().cast()) }
-    }
-
-    #[inline(always)]
-    fn splat(number: f32) -> Self {
-        f32x4_splat(number)
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        f32x4_mul(self, other)
-    }
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        f32x4_add(self, other)
-    }
-
-    #[inline(always)]
-    fn negative(self) -> v128 {
-        f32x4_lt(self, f32x4_splat(0.0))
-    }
-
-    #[inline(always)]
-    fn not_negative(self) -> v128 {
-        f32x4_ge(self, f32x4_splat(0.0))
-    }
-
-    #[inline(always)]
-    fn or(a: v128, b: v128) -> v128 {
-        v128_or(a, b)
-    }
-
-    #[inline(always)]
-    fn bits(low: v128, high: v128) -> u32 {
-        u32::from(i32x4_bitmask(low)) | u32::from(i32x4_bitmask(high)) << 4
-    }
-
-    #[inline(always)]
-    fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        pack_quarters(mask, out, |quarter| {
-            // SAFETY: a quarter is 0 to 3, so four numbers follow its first; no alignment is required.
-            unsafe { v128_load(numbers.as_ptr().add(quarter * 4).cast()) }
-        })
-    }
-
-    #[inline(always)]
-    fn write_ids(first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        let from_first = u32x4_add(u32x4_splat(first), u32x4(0, 1, 2, 3));
-        pack_quarters(mask, out, |quarter| u32x4_add(from_first, u32x4_splat(quarter as u32 * 4)))
-    }
+/// The implementation of [`super::Kernel::write_ids`].
+#[inline(always)]
+pub(super) fn write_ids(first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
+    let from_first = u32x4_add(u32x4_splat(first), u32x4(0, 1, 2, 3));
+    pack_quarters(mask, out, |quarter| u32x4_add(from_first, u32x4_splat(quarter as u32 * 4)))
 }
 
 /// Packs the numbers in the lanes of `mask` from four registers to the beginning of `out`; returns how many.

@@ -29,7 +29,7 @@ impl Avx2 {
 /// # Safety
 /// AVX2 is available; `at + 8 <= N`; the rows are at most 40, `N` is 8 or 16.
 #[inline(always)]
-unsafe fn distance<const N: usize>(
+pub(super) unsafe fn distance<const N: usize>(
     plane: &PreparedPlane,
     rows: [usize; 3],
     boxes: &Boxes<N>,
@@ -120,13 +120,16 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
-        assert!(at + 8 <= N);
-        // SAFETY: the token proves AVX2; the eight lanes exist.
-        unsafe {
-            let behind = negative(distance(plane, plane.far, boxes, at));
-            (behind, not_negative(distance(plane, plane.near, boxes, at)))
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>) -> (u32, u32) {
+        let (mut behind, mut inside) = (0, 0);
+        for at in (0..N).step_by(8) {
+            // SAFETY: the token proves AVX2; the eight lanes exist.
+            unsafe {
+                behind |= negative(distance(plane, plane.far, boxes, at)) << at;
+                inside |= not_negative(distance(plane, plane.near, boxes, at)) << at;
+            }
         }
+        (behind, inside)
     }
 
     #[inline(always)]
@@ -154,17 +157,6 @@ impl Kernel for Avx2 {
             let to = out.as_mut_ptr();
             let low = _mm256_add_epi32(base, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
             let high = _mm256_add_epi32(base, _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15));
-            _mm256_storeu_si256(to.cast(), low);
-            _mm256_storeu_si256(to.add(8).cast(), high);
-        }
-    }
-
-    #[inline(always)]
-    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
-        // SAFETY: the token proves AVX2; both loads and both stores lie within their arrays.
-        unsafe {
-            let (from, to) = (numbers.as_ptr(), out.as_mut_ptr());
-            let (low, high) = (_mm256_loadu_si256(from.cast()), _mm256_loadu_si256(from.add(8).cast()));
             _mm256_storeu_si256(to.cast(), low);
             _mm256_storeu_si256(to.add(8).cast(), high);
         }

@@ -2,7 +2,7 @@
 
 use std::{arch::x86_64::*, mem::MaybeUninit};
 
-use super::{Boxes, EyeBoxes, Kernel, PreparedPlane};
+use super::{Boxes, EyeBoxes, Kernel, PreparedPlane, x86_avx2::distance};
 
 /// AVX-512 (F and VL) with BMI: one register holds sixteen lanes, and comparisons return masks.
 #[derive(Clone, Copy, Debug)]
@@ -22,9 +22,9 @@ impl Avx512 {
 /// Signed distances of one corner of each of sixteen boxes. `rows` selects the corner.
 ///
 /// # Safety
-/// AVX-512F is available; the rows are at most 40.
+/// AVX-512F is available; the rows are at most 40; `N` is 16.
 #[inline(always)]
-unsafe fn distance16(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<16>) -> __m512 {
+unsafe fn distance16<const N: usize>(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<N>) -> __m512 {
     // SAFETY: a row times eight is at most 40, so every load lies within `boxes.rows`.
     unsafe {
         let base = boxes.rows.as_ptr().cast::<f32>();
@@ -35,30 +35,6 @@ unsafe fn distance16(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<16>)
         let ny = _mm512_mul_ps(_mm512_set1_ps(plane.normal[1]), y);
         let nz = _mm512_mul_ps(_mm512_set1_ps(plane.normal[2]), z);
         _mm512_add_ps(_mm512_add_ps(_mm512_add_ps(nx, ny), nz), _mm512_set1_ps(plane.d))
-    }
-}
-
-/// Signed distances of one corner of each of eight boxes, from lane `at` on. `rows` selects the corner.
-///
-/// # Safety
-/// AVX-512VL is available; the rows are at most 40; `at + 8 <= N`, and `N` is 8 or 16.
-#[inline(always)]
-unsafe fn distance8<const N: usize>(
-    plane: &PreparedPlane,
-    rows: [usize; 3],
-    boxes: &Boxes<N>,
-    at: usize,
-) -> __m256 {
-    // SAFETY: the caller provides AVX-512VL, rows of at most 40, and eight lanes from `at` on.
-    unsafe {
-        let base = boxes.rows.as_ptr().cast::<f32>().add(at);
-        let x = _mm256_loadu_ps(base.add(rows[0] * (N / 8)));
-        let y = _mm256_loadu_ps(base.add(rows[1] * (N / 8)));
-        let z = _mm256_loadu_ps(base.add(rows[2] * (N / 8)));
-        let nx = _mm256_mul_ps(_mm256_set1_ps(plane.normal[0]), x);
-        let ny = _mm256_mul_ps(_mm256_set1_ps(plane.normal[1]), y);
-        let nz = _mm256_mul_ps(_mm256_set1_ps(plane.normal[2]), z);
-        _mm256_add_ps(_mm256_add_ps(_mm256_add_ps(nx, ny), nz), _mm256_set1_ps(plane.d))
     }
 }
 
@@ -141,23 +117,19 @@ impl Kernel for Avx512 {
     }
 
     #[inline(always)]
-    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
-        assert!(at + 8 <= N);
-        // SAFETY: the token proves AVX-512VL; the eight lanes exist.
+    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>) -> (u32, u32) {
+        // SAFETY: the token proves AVX-512F and VL; N is 8 or 16, and all lanes exist.
         unsafe {
+            if N == 16 {
+                let (zero, far) = (_mm512_setzero_ps(), distance16(plane, plane.far, boxes));
+                let behind = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(far, zero);
+                let near = distance16(plane, plane.near, boxes);
+                return (u32::from(behind), u32::from(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(near, zero)));
+            }
             let zero = _mm256_setzero_ps();
-            let behind = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(distance8(plane, plane.far, boxes, at), zero);
-            let inside = _mm256_cmp_ps_mask::<_CMP_GE_OQ>(distance8(plane, plane.near, boxes, at), zero);
+            let behind = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(distance(plane, plane.far, boxes, 0), zero);
+            let inside = _mm256_cmp_ps_mask::<_CMP_GE_OQ>(distance(plane, plane.near, boxes, 0), zero);
             (u32::from(behind), u32::from(inside))
-        }
-    }
-
-    #[inline(always)]
-    fn sides16(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> (u32, u32) {
-        // SAFETY: the token proves AVX-512F.
-        unsafe {
-            let (zero, near) = (_mm512_setzero_ps(), distance16(plane, plane.near, boxes));
-            (self.behind(plane, boxes), u32::from(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(near, zero)))
         }
     }
 
@@ -178,14 +150,6 @@ impl Kernel for Avx512 {
         unsafe {
             let ids = _mm512_add_epi32(_mm512_set1_epi32(first as i32), lanes());
             _mm512_storeu_si512(out.as_mut_ptr().cast(), ids);
-        }
-    }
-
-    #[inline(always)]
-    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
-        // SAFETY: the token proves AVX-512F; both arrays hold sixteen numbers.
-        unsafe {
-            _mm512_storeu_si512(out.as_mut_ptr().cast(), _mm512_loadu_si512(numbers.as_ptr().cast()));
         }
     }
 

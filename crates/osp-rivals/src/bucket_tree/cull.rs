@@ -1,13 +1,14 @@
 use super::{BucketTree, Partition, ROOT};
 use crate::{
     lanes::Planes,
+    plane_lanes::PlaneLanes,
     sink::{Sink, VisitorSink},
     walk_stack::WalkStack,
 };
 use osp::{
     index::{
         Backend, Node, Visit, Visitor, WorkCounts,
-        kernels::{Kernel, Nearest, PlaneLanes, PlaneSet, WithKernel, is_wanted},
+        kernels::{Kernel, Nearest, PlaneSet, WithKernel, is_wanted},
     },
     math::{Containment, Frustum, PlaneMask, Ray},
 };

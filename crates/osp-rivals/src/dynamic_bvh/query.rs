@@ -1,12 +1,13 @@
 use super::tree::{Below, BoxTree, NONE};
 use crate::{
+    plane_lanes::PlaneLanes,
     sink::{Gather, Sink, VisitorSink},
     walk_stack::WalkStack,
 };
 use osp::{
     index::{
         Backend, Node, Visit, Visitor, WorkCounts,
-        kernels::{Kernel, Nearest, PlaneLanes, WithKernel, is_wanted},
+        kernels::{Kernel, Nearest, WithKernel, is_wanted},
     },
     math::{Containment, Frustum, PlaneMask, Ray},
     polygon::PolygonId,

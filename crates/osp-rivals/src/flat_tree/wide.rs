@@ -147,7 +147,7 @@ impl WithKernel for Cull<'_, '_> {
             let (number, mask) = stack[waiting];
             let node = &self.tree.wide[number as usize];
             work.nodes += 1;
-            let sides = self.planes.sides8(kernel, mask, &node.boxes);
+            let sides = self.planes.sides(kernel, mask, &node.boxes);
             work.boxes += u64::from(node.used.count_ones());
             work.planes += u64::from(node.used.count_ones() * mask.count_ones());
             let mut seen = node.used & !sides.behind;

@@ -1,13 +1,14 @@
 use super::{LooseOctree, buckets, cell::Cell};
 use crate::{
     lanes::Planes,
+    plane_lanes::PlaneLanes,
     sink::{Sink, VisitorSink},
     walk_stack::WalkStack,
 };
 use osp::{
     index::{
         Backend, Node, Visit, Visitor, WorkCounts,
-        kernels::{Kernel, PlaneLanes, PlaneSet, WithKernel},
+        kernels::{Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
 };

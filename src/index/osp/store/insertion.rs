@@ -91,7 +91,7 @@ impl Store {
         let shelf = &mut self.shelves[at.shelf];
         shelf.live[at.block] |= 1 << lane;
         shelf.moved[at.block] |= 1 << lane;
-        self.exact[shelf.boxes[at.block]].boxes.set(lane, bounds);
+        self.exact[shelf.boxes[at.block]].set(lane, bounds);
         self.len += 1;
     }
 
