@@ -11,7 +11,7 @@ use osp::math::rotate;
 const LEAST_MOVE_M: f32 = 0.0005;
 
 /// A control point of a welded ribbon.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Node {
     pub position: Vec3,
     orientation: Quat,
@@ -72,18 +72,8 @@ impl Track {
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<usize> {
         let step = self.knots.push(sample, drops);
         if self.nodes.is_empty() {
-            self.nodes.push(Node {
-                position: sample.position,
-                orientation: sample.orientation,
-                size_m: 0.0,
-                width_m: 0.0,
-                opacity: 0.0,
-                length_m: 0.0,
-                is_linked: false,
-                right: Vec3::ZERO,
-                normal: Vec3::ZERO,
-                vertices: 0,
-            });
+            let Sample { position, orientation, .. } = sample;
+            self.nodes.push(Node { position, orientation, ..Node::default() });
             self.kept = 1;
             return None;
         }
@@ -126,11 +116,7 @@ impl Track {
             size_m: knot.size_m,
             width_m: knot.size_m,
             opacity: self.brush.opacity(knot.smoothed),
-            length_m: 0.0,
-            is_linked: false,
-            right: Vec3::ZERO,
-            normal: Vec3::ZERO,
-            vertices: 0,
+            ..Node::default()
         }
     }
 

@@ -117,6 +117,14 @@ struct Cursor {
     row: u8,
 }
 
+/// The part of a stroke that is being drawn.
+struct Draft<'a> {
+    cursor: Cursor,
+    out: &'a mut Pieces,
+    /// Counts of dropped polygons since the last final knot.
+    drops: Drops,
+}
+
 impl TubeBrushBuilder {
     /// A stroke without samples, if the brush makes tubes.
     pub fn new(settings: &StrokeSettings, brush: &'static Brush) -> Option<Self> {
@@ -190,7 +198,7 @@ impl TubeBrushBuilder {
     fn make_segments(&mut self, is_end: bool, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         let mut open = std::mem::take(&mut self.open);
-        let (mut cursor, mut dropped) = (self.done, Drops::default());
+        let mut draft = Draft { cursor: self.done, out, drops: Drops::default() };
         let end = self.rings.len();
         let segments = self.changing_segments();
         // A segment grows if it includes one of the last two rings, which may change.
@@ -205,39 +213,34 @@ impl TubeBrushBuilder {
             from = 0;
         }
         open.is_outdated = from > 0;
-        out.truncate(open.sections.get(from).filter(|_| from > 0).map_or(cursor.place, |at| at.until.place));
+        let first = open.sections.get(from).filter(|_| from > 0).map_or(self.done.place, |at| at.until.place);
+        draft.out.truncate(first);
         // The drawn part up to a final break no longer changes.
         let last_break = end.saturating_sub(3);
         let mut until = self.done.knot;
         for segment in &segments {
             if until < last_break.min(segment.first - 1) {
-                self.close(last_break.min(segment.first - 1), &mut cursor, out, &mut dropped, drops);
+                self.close(last_break.min(segment.first - 1), &mut draft, drops);
             }
             if open.first == segment.first {
-                self.add_segment(segment, from, &mut open.sections, &mut cursor, out, &mut dropped);
+                self.add_segment(segment, from, &mut open.sections, &mut draft);
             } else {
-                self.add_segment(segment, 0, &mut Vec::new(), &mut cursor, out, &mut dropped);
+                self.add_segment(segment, 0, &mut Vec::new(), &mut draft);
             }
             until = segment.last;
         }
         if until < last_break {
-            self.close(last_break, &mut cursor, out, &mut dropped, drops);
+            self.close(last_break, &mut draft, drops);
         }
-        (self.open, self.pending) = (open, dropped);
+        self.pending = draft.drops;
+        self.open = open;
     }
 
     /// Makes the drawn part final, including the knots up to `knot`.
-    fn close(
-        &mut self,
-        knot: usize,
-        cursor: &mut Cursor,
-        out: &Pieces,
-        dropped: &mut Drops,
-        drops: &mut Drops,
-    ) {
-        (cursor.knot, cursor.place) = (knot, out.len());
-        self.done = *cursor;
-        add(drops, &std::mem::take(dropped));
+    fn close(&mut self, knot: usize, draft: &mut Draft<'_>, drops: &mut Drops) {
+        draft.reach(knot);
+        self.done = draft.cursor;
+        add(drops, &std::mem::take(&mut draft.drops));
     }
 
     fn changing_segments(&self) -> Vec<Segment> {
@@ -285,17 +288,17 @@ impl TubeBrushBuilder {
     fn grow(&mut self, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         out.truncate(self.done.place);
-        let (mut cursor, mut dropped) = (self.done, Drops::default());
+        let mut draft = Draft { cursor: self.done, out, drops: Drops::default() };
         let last = self.rings.len() - 1;
-        for i in cursor.knot + 1..=last {
-            self.add_piece(i, &mut cursor, out, &mut dropped);
+        for i in self.done.knot + 1..=last {
+            self.add_piece(i, &mut draft);
             if i + 1 == last && !self.has_end {
-                self.done = cursor;
-                add(drops, &std::mem::take(&mut dropped));
+                self.done = draft.cursor;
+                add(drops, &std::mem::take(&mut draft.drops));
             }
         }
-        self.add_front_cap(last, None, &mut cursor, out, &mut dropped);
-        self.pending = dropped;
+        self.add_front_cap(last, None, &mut draft);
+        self.pending = draft.drops;
     }
 
     fn update_rings(&mut self) {
@@ -338,50 +341,44 @@ impl TubeBrushBuilder {
     }
 
     /// Adds the piece between knot `i` and the previous knot, with the samples' widths.
-    fn add_piece(&self, i: usize, cursor: &mut Cursor, out: &mut Pieces, drops: &mut Drops) {
+    fn add_piece(&self, i: usize, draft: &mut Draft<'_>) {
         let (before, ring) = (self.rings[i - 1], self.rings[i]);
         if let Some(frame) = ring.frame {
             if before.frame.is_none() {
-                self.begin_segment(cursor);
+                self.begin_segment(&mut draft.cursor);
             }
-            let back = self.section(before.middle, before.radius_m, before.frame.unwrap_or(frame), cursor.u);
+            let frame_before = before.frame.unwrap_or(frame);
+            let back = self.section(before.middle, before.radius_m, frame_before, draft.cursor.u);
             if before.frame.is_none() {
-                self.add_back_cap(&back, before, frame, cursor, out, drops);
+                self.add_back_cap(&back, before, frame, draft);
             }
-            let u = cursor.u + self.u_over(ring.length_m, ring.radius_m);
+            let u = draft.cursor.u + self.u_over(ring.length_m, ring.radius_m);
             let front = self.section(ring.middle, ring.radius_m, frame, u);
-            self.add_sides(&back, &front, cursor, out, drops);
+            self.add_sides(&back, &front, draft);
         } else {
-            self.add_front_cap(i - 1, None, cursor, out, drops);
+            self.add_front_cap(i - 1, None, draft);
         }
-        (cursor.knot, cursor.place) = (i, out.len());
+        draft.reach(i);
     }
 
     /// Adds a segment. The sections before index `from` were drawn before, and `drawn` contains them. Afterwards
     /// `drawn` contains all sections.
-    fn add_segment(
-        &self,
-        segment: &Segment,
-        from: usize,
-        drawn: &mut Vec<Drawn>,
-        cursor: &mut Cursor,
-        out: &mut Pieces,
-        drops: &mut Drops,
-    ) {
+    fn add_segment(&self, segment: &Segment, from: usize, drawn: &mut Vec<Drawn>, draft: &mut Draft<'_>) {
         drawn.truncate(if from > 0 { from + 1 } else { 0 });
         let (mut back, mut u_by_distance) = match drawn.last() {
             Some(at) => {
-                *cursor = at.until;
+                draft.cursor = at.until;
                 let (ring, frame) = self.place_of(segment, from);
                 let section = self.section(ring.middle, at.radius_m, frame, at.u);
                 (Section { petal_m: at.petal_m, ..section }, at.u_by_distance)
             }
             None => {
-                self.begin_segment(cursor);
-                let (start, u_by_distance) = (self.section_of(segment, 0, cursor.u), cursor.u);
+                self.begin_segment(&mut draft.cursor);
+                let u_by_distance = draft.cursor.u;
+                let start = self.section_of(segment, 0, u_by_distance);
                 let before = self.rings[segment.first - 1];
-                self.add_back_cap(&start, before, segment.frame, cursor, out, drops);
-                drawn.push(Drawn::new(&start, u_by_distance, cursor, out));
+                self.add_back_cap(&start, before, segment.frame, draft);
+                drawn.push(Drawn::new(&start, u_by_distance, draft));
                 (start, u_by_distance)
             }
         };
@@ -389,11 +386,11 @@ impl TubeBrushBuilder {
             let ring = &self.rings[segment.first + number - 1];
             u_by_distance += self.u_over(ring.length_m, ring.radius_m);
             let front = self.section_of(segment, number, u_by_distance);
-            self.add_sides(&back, &front, cursor, out, drops);
-            drawn.push(Drawn::new(&front, u_by_distance, cursor, out));
+            self.add_sides(&back, &front, draft);
+            drawn.push(Drawn::new(&front, u_by_distance, draft));
             back = front;
         }
-        self.add_front_cap(segment.last, Some(&back), cursor, out, drops);
+        self.add_front_cap(segment.last, Some(&back), draft);
     }
 
     fn count_sections(&self, segment: &Segment) -> usize {
@@ -456,14 +453,7 @@ impl TubeBrushBuilder {
         Section { corners, frame, radius_m, u, petal_m: 0.0 }
     }
 
-    fn add_sides(
-        &self,
-        back: &Section,
-        front: &Section,
-        cursor: &mut Cursor,
-        out: &mut Pieces,
-        drops: &mut Drops,
-    ) {
+    fn add_sides(&self, back: &Section, front: &Section, draft: &mut Draft<'_>) {
         let count = self.circle.len();
         // Subtracting an integer does not change the texture. Short quads subtract multiples of seven, because one bulb
         // of seven is lit.
@@ -474,7 +464,7 @@ impl TubeBrushBuilder {
         let u = [back.u, front.u].map(|u| u - first_u);
         for i in 0..count {
             let j = (i + 1) % count;
-            let v = [i, i + 1].map(|corner| self.v(corner as f32, cursor.row));
+            let v = [i, i + 1].map(|corner| self.v(corner as f32, draft.cursor.row));
             let uv =
                 [Vec2::new(u[0], v[0]), Vec2::new(u[0], v[1]), Vec2::new(u[1], v[1]), Vec2::new(u[1], v[0])];
             let lift = |section: &Section| section.frame.outwards(self.circle[i][1]) * section.petal_m;
@@ -490,10 +480,10 @@ impl TubeBrushBuilder {
                 section.frame.outwards(if self.is_hard { self.circle[i][1] } else { self.circle[corner][0] })
             };
             let normals = [normal(back, i), normal(back, j), normal(front, j), normal(front, i)];
-            out.push_side(corners, Surface::smooth(normals, uv, [1.0; 4]), drops);
+            draft.out.push_side(corners, Surface::smooth(normals, uv, [1.0; 4]), &mut draft.drops);
         }
-        cursor.u = front.u - first_u;
-        cursor.count(self.corners_of_ring());
+        draft.cursor.u = front.u - first_u;
+        draft.cursor.count(self.corners_of_ring());
     }
 
     /// The texture coordinate around the tube, at a corner of a section or between two corners.
@@ -501,54 +491,30 @@ impl TubeBrushBuilder {
         (f32::from(row) + corner / self.circle.len() as f32) / f32::from(self.brush.atlas_rows.max(1))
     }
 
-    fn add_back_cap(
-        &self,
-        back: &Section,
-        ring: Ring,
-        frame: Frame,
-        cursor: &mut Cursor,
-        out: &mut Pieces,
-        drops: &mut Drops,
-    ) {
+    fn add_back_cap(&self, back: &Section, ring: Ring, frame: Frame, draft: &mut Draft<'_>) {
         let Some(aspect) = self.cap_aspect else { return };
         let tip = ring.middle - frame.ahead * (ring.radius_m * aspect);
-        self.add_cap(back, ring.radius_m, (tip, -frame.ahead), -1.0, cursor, out, drops);
+        self.add_cap(back, ring.radius_m, (tip, -frame.ahead), -1.0, draft);
     }
 
     /// Closes the tube at knot `i`, if a piece ends there.
-    fn add_front_cap(
-        &self,
-        i: usize,
-        section: Option<&Section>,
-        cursor: &mut Cursor,
-        out: &mut Pieces,
-        drops: &mut Drops,
-    ) {
+    fn add_front_cap(&self, i: usize, section: Option<&Section>, draft: &mut Draft<'_>) {
         let ring = self.rings[i];
         let (Some(frame), Some(aspect)) = (ring.frame, self.cap_aspect) else { return };
         let tip = ring.middle + frame.ahead * (ring.radius_m * aspect);
-        match section {
-            Some(section) => {
-                self.add_cap(section, ring.radius_m, (tip, frame.ahead), 1.0, cursor, out, drops)
-            }
-            None => {
-                let section = self.section(ring.middle, ring.radius_m, frame, cursor.u);
-                self.add_cap(&section, ring.radius_m, (tip, frame.ahead), 1.0, cursor, out, drops);
-            }
-        }
+        let own = section.is_none().then(|| self.section(ring.middle, ring.radius_m, frame, draft.cursor.u));
+        let Some(section) = section.or(own.as_ref()) else { return };
+        self.add_cap(section, ring.radius_m, (tip, frame.ahead), 1.0, draft);
     }
 
     /// Adds a cone from a section to its tip. `sign` is 1 if the tip is ahead of the section, else -1.
-    #[expect(clippy::too_many_arguments, reason = "two caps share the rest")]
     fn add_cap(
         &self,
         section: &Section,
         radius_m: f32,
         (tip, tip_normal): (Vec3, Vec3),
         sign: f32,
-        cursor: &mut Cursor,
-        out: &mut Pieces,
-        drops: &mut Drops,
+        draft: &mut Draft<'_>,
     ) {
         let count = self.circle.len();
         let first_u = section.u - section.u.rem_euclid(UV_PERIOD);
@@ -561,24 +527,31 @@ impl TubeBrushBuilder {
             let ends = if sign > 0.0 { [i, i + 1] } else { [i + 1, i] };
             let [a, b] = ends.map(|corner| section.corners[corner % count]);
             let [n, o] = ends.map(|corner| section.frame.outwards(self.circle[corner % count][0]));
-            let [v, w] = ends.map(|corner| self.v(corner as f32, cursor.row));
-            let tip_uv = Vec2::new(u_tip, self.v(i as f32 + 0.5, cursor.row));
+            let [v, w] = ends.map(|corner| self.v(corner as f32, draft.cursor.row));
+            let tip_uv = Vec2::new(u_tip, self.v(i as f32 + 0.5, draft.cursor.row));
             let uv = [Vec2::new(u, v), Vec2::new(u, w), tip_uv, tip_uv];
             let surface = match self.is_hard {
                 true => Surface::flat(uv, [1.0; 4]),
                 false => Surface::smooth([n, o, tip_normal, tip_normal], uv, [1.0; 4]),
             };
-            out.push(ConvexPolygon::triangle(a, b, tip), surface, drops);
+            draft.out.push(ConvexPolygon::triangle(a, b, tip), surface, &mut draft.drops);
         }
-        cursor.count(count);
+        draft.cursor.count(count);
     }
 }
 
 impl Drawn {
-    fn new(section: &Section, u_by_distance: f32, cursor: &Cursor, out: &Pieces) -> Self {
-        let until = Cursor { place: out.len(), ..*cursor };
+    fn new(section: &Section, u_by_distance: f32, draft: &Draft<'_>) -> Self {
+        let until = Cursor { place: draft.out.len(), ..draft.cursor };
         let Section { radius_m, petal_m, u, .. } = *section;
         Self { until, radius_m, petal_m, u, u_by_distance }
+    }
+}
+
+impl Draft<'_> {
+    /// Moves the cursor to a knot, behind everything drawn so far.
+    fn reach(&mut self, knot: usize) {
+        (self.cursor.knot, self.cursor.place) = (knot, self.out.len());
     }
 }
 

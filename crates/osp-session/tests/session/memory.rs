@@ -1,25 +1,24 @@
 //! Memory of a scene, counted in bytes: polygons that no undo can restore are freed.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
+    recording::{Event, GroupId, StrokeId},
     scene::Scene,
 };
-use osp_testkit::events::SOLE;
-use osp_testkit::{events::Begin, held_bytes};
+use osp_testkit::{
+    events::{Begin, SOLE, point},
+    held_bytes,
+};
 
 /// Draws strokes of 30 polygons each, and calls the caller's function after each stroke.
 fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene), scene: &mut Scene) {
-    let (t, tool, normal, color) = (0.0, Tool::Ribbon, NormalRule::Transport, (1.0, 1.0, 1.0, 1.0));
     let mut changes = Vec::new();
     for number in strokes {
         let stroke = StrokeId(number);
-        let mut events = vec![Begin { tool, color, normal, ..Begin::of(stroke) }.event()];
-        events.extend((0..=30).map(|i| {
-            let p = Vec3::new(i as f32 * 0.1, number as f32 * 1.0e-3, 0.0);
-            Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
-        }));
-        events.push(Event::End { t, stroke });
+        let mut events = vec![Begin::of(stroke).event()];
+        let place = |i| Vec3::new(i as f32 * 0.1, number as f32 * 1.0e-3, 0.0);
+        events.extend((0..=30).map(|i| point(stroke, place(i))));
+        events.push(Event::End { t: 0.0, stroke });
         scene.apply_all(&events, &mut changes);
         changes.clear();
         then(stroke, scene);
@@ -40,14 +39,12 @@ const ROOM: i64 = 2 << 20;
 #[test]
 fn what_is_erased_and_what_is_taken_back_does_not_pile_up() {
     const STROKES: u32 = 34_000;
-    let undo = || SOLE.undo();
-    let erase = |stroke| SOLE.erase(stroke);
     for is_erased in [true, false] {
         let before = held_bytes();
         let mut scene = Scene::new();
         draw(
             0..STROKES,
-            |stroke, scene| apply(scene, if is_erased { erase(stroke) } else { undo() }),
+            |stroke, scene| apply(scene, if is_erased { SOLE.erase(stroke) } else { SOLE.undo() }),
             &mut scene,
         );
         assert_eq!((scene.polygon_count(), scene.counts().visible), (1_020_000, 0));
@@ -99,14 +96,9 @@ fn groups_forget_what_is_gone() {
         let before = held_bytes();
         let mut scene = Scene::new();
         let then = |stroke, scene: &mut Scene| {
-            let (t, strokes, parent) = (0.0, vec![stroke], None);
-            match group {
-                Some(group) => {
-                    apply(scene, Event::Group { author: Author::SOLE, t, group, strokes, parent, name: None })
-                }
-                None => apply(scene, Event::Move { author: Author::SOLE, t, strokes, by: Vec3::X }),
-            }
-            apply(scene, Event::Erase { author: Author::SOLE, t, stroke });
+            let edit = group.map(|group| SOLE.grouped(group, [stroke], None));
+            apply(scene, edit.unwrap_or_else(|| SOLE.moved([stroke], Vec3::X)));
+            apply(scene, SOLE.erase(stroke));
         };
         draw(0..20_000, then, &mut scene);
         held_bytes() - before

@@ -8,7 +8,6 @@ mod camera;
 mod damage;
 mod events;
 mod format;
-mod last_line;
 mod limits;
 mod look;
 mod synth;

@@ -194,14 +194,8 @@ impl Artist {
             return;
         }
         let vertices = corners.iter().map(|&p| position(p)).collect();
-        self.queue.push_back(Event::Polygon {
-            author: Author::SOLE,
-            t: self.time(),
-            stroke: None,
-            vertices,
-            shading: None,
-            color,
-        });
+        let (author, stroke, shading) = (Author::SOLE, None, None);
+        self.push(|t| Event::Polygon { author, t, stroke, vertices, shading, color });
         self.polygons += corners.len().saturating_sub(2).min(1) as u64;
     }
 
@@ -212,47 +206,33 @@ impl Artist {
         }
         let group = GroupId(self.next_group);
         self.next_group += 1;
-        let t = self.time();
-        self.queue.push_back(Event::Group {
-            author: Author::SOLE,
-            t,
-            group,
-            strokes: strokes.to_vec(),
-            parent: None,
-            name: None,
-        });
+        let (author, strokes) = (Author::SOLE, strokes.to_vec());
+        self.push(|t| Event::Group { author, t, group, strokes, parent: None, name: None });
         let turned = |v: DVec3| super::vector::turned(v, DVec3::Y, angle);
         let q = super::vector::quaternion(turned(DVec3::X), DVec3::Y, turned(DVec3::Z));
         let to = Transform { p: position(center - turned(center) + by), q: rotation(q), s: 1.0 };
-        self.queue.push_back(Event::Place { author: Author::SOLE, t, group, to });
+        self.push(|t| Event::Place { author, t, group, to });
     }
 
     fn begin(&mut self, tool: Tool, style: RibbonStyle) -> StrokeId {
         let stroke = StrokeId(self.next_stroke);
         self.next_stroke += 1;
-        self.queue.push_back(Event::Begin {
-            author: Author::SOLE,
-            t: self.time(),
-            stroke,
-            tool,
-            width: rounded(style.width_m, 1e4),
-            color: style.color,
-            normal: NormalRule::LocalX,
-            thinnest: if tool == Tool::Ribbon { THINNEST } else { 0.0 },
-            paint: None,
-        });
+        let (author, width, color) = (Author::SOLE, rounded(style.width_m, 1e4), style.color);
+        let (normal, paint) = (NormalRule::LocalX, None);
+        let thinnest = if tool == Tool::Ribbon { THINNEST } else { 0.0 };
+        self.push(|t| Event::Begin { author, t, stroke, tool, width, color, normal, thinnest, paint });
         stroke
     }
 
     fn point(&mut self, stroke: StrokeId, sample: &HandSample) -> HandSample {
         let q = rotation(sample.orientation());
         let pressure = rounded(sample.pressure, 1e3);
-        self.queue.push_back(Event::Point { t: self.time(), stroke, p: position(sample.p), q, pressure });
+        self.push(|t| Event::Point { t, stroke, p: position(sample.p), q, pressure });
         *sample
     }
 
     fn end(&mut self, stroke: StrokeId) {
-        self.queue.push_back(Event::End { t: self.time(), stroke });
+        self.push(|t| Event::End { t, stroke });
         if self.recent.len() == MEMORY {
             self.recent.remove(0);
         }
@@ -316,12 +296,7 @@ impl Artist {
         self.head.advance(stance.eye, stance.at);
         if self.ticks.is_multiple_of(TICKS_A_HEAD) {
             let (p, q) = self.head.pose();
-            self.queue.push_back(Event::Head {
-                author: Author::SOLE,
-                t: self.time(),
-                p: position(p),
-                q: rotation(q),
-            });
+            self.push(|t| Event::Head { author: Author::SOLE, t, p: position(p), q: rotation(q) });
         }
     }
 

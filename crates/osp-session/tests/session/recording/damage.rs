@@ -40,18 +40,49 @@ fn every_truncation_replays_up_to_the_cut() {
     }
 }
 
+const START: &str = "Header(format: 1)\nUndo(t: 1)\n";
+
 #[test]
-fn a_torn_line_in_the_middle_is_an_error() {
-    let text = "Header(format: 1)\nUndo(t: 1)\nPoint(t: 1, str\nUndo(t: 2)\n";
-    let outcome = read(text.as_bytes(), STRICT);
-    assert_eq!(outcome.events, [undo(1.0)]);
-    assert!(matches!(outcome.error, Some(RecordingError::Line { line: 3, .. })), "{:?}", outcome.error);
+fn a_whole_last_line_that_means_nothing_is_an_error_and_no_cut() {
+    for (line, expected) in [
+        (
+            "Place(t: 2, group: 1, to: (p: (0, 0, 0), q: (0, 0, 0, 1), s: 1e30))",
+            "a scale above 0, at most 1e15",
+        ),
+        ("Point(t: 2, stroke: 1, p: (1e16, 0, 0))", "finite coordinates"),
+        ("Undo(t: inf)", "a finite time"),
+    ] {
+        for end in ["", "\n", "\nUndo(t: 3)\n"] {
+            let text = format!("{START}{line}{end}");
+            let outcome = read(text.as_bytes(), STRICT);
+            let Some(RecordingError::Line { line: 3, expected: said, .. }) = &outcome.error else {
+                panic!("{line}: {:?}", outcome.error);
+            };
+            assert!(said.contains(expected), "{said}");
+            assert!(outcome.notes.warnings.is_empty(), "{:?}", outcome.notes);
+            // A lenient reader also treats the line as damaged.
+            let outcome = read(text.as_bytes(), LENIENT);
+            assert_eq!(outcome.notes.skipped, 1, "{line}");
+        }
+    }
+}
+
+#[test]
+fn a_last_line_that_ends_inside_is_a_cut() {
+    for line in ["Place(t: 2, group: 1, to: (p: (0, 0, 0), q: (0, 0, 0, 1), s: 0)", "Un", "Undo(t: 2"] {
+        for options in [STRICT, LENIENT] {
+            let outcome = read(format!("{START}{line}").as_bytes(), options);
+            assert_eq!(outcome.events, [undo(1.0)]);
+            assert!(outcome.error.is_none() && outcome.notes.skipped == 0, "{:?}", outcome.error);
+            assert_eq!(outcome.notes.warnings.len(), 1);
+            assert!(outcome.notes.warnings[0].contains("line 3: the file ends inside this line"));
+        }
+    }
 }
 
 #[test]
 fn a_character_cut_in_half_at_the_end_is_a_cut() {
-    let mut bytes = b"Header(format: 1)\nUndo(t: 1)\n// caf".to_vec();
-    bytes.push(0xC3);
+    let mut bytes = [START.as_bytes(), b"// caf\xC3"].concat();
     let outcome = read(&bytes, STRICT);
     assert_eq!(outcome.events.len(), 1);
     assert!(outcome.error.is_none());

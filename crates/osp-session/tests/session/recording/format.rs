@@ -80,13 +80,6 @@ fn a_hand_written_file_is_understood() {
 }
 
 #[test]
-fn a_last_line_without_newline_counts_if_it_is_whole() {
-    let outcome = read(b"Header(format: 1)\nUndo(t: 1)\nUndo(t: 2)", STRICT);
-    assert_eq!(outcome.events, [undo(1.0), undo(2.0)]);
-    assert!(outcome.error.is_none() && outcome.notes.warnings.is_empty());
-}
-
-#[test]
 fn headers_that_are_none_are_refused_shortly() {
     let gibberish: Vec<u8> =
         (0..100_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8 | 0x80).collect();

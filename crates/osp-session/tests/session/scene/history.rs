@@ -1,10 +1,10 @@
 //! How far undo reaches, and what is forgotten beyond.
 
-use super::{begin, end, play, point, straight};
+use super::{WHITE, begin, end, play, point, straight};
 use glam::{Quat, Vec3};
 use osp::polygon::{Change, PolygonId};
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
+    recording::{Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
 use osp_testkit::events::{SOLE, polygon};
@@ -73,7 +73,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
         erase(1),
         moved(&[1, 3]),
         begin(1, Tool::Ribbon, NormalRule::LocalX),
-        polygon(Some(StrokeId(1)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 1.0)),
+        polygon(Some(StrokeId(1)), [Vec3::ZERO, Vec3::X, Vec3::Y], WHITE),
     ];
     for free_unreachable in [false, true] {
         assert!(play(&mut scene, &of_gone).is_empty());
@@ -144,30 +144,18 @@ fn edits_of_many_strokes_are_remembered_less_long() {
     // 4,096 strokes of one polygon each; the history stores only 256 moves of all of them.
     const STROKES: u32 = 4096;
     let mut scene = Scene::new();
-    let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-    for stroke in 0..STROKES {
-        let (stroke, vertices) = (Some(StrokeId(stroke)), vertices.clone());
-        play(
-            &mut scene,
-            &[Event::Polygon {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke,
-                vertices,
-                shading: None,
-                color: (1.0, 1.0, 1.0, 1.0),
-            }],
-        );
+    for stroke in (0..STROKES).map(StrokeId) {
+        play(&mut scene, &[polygon(Some(stroke), [Vec3::ZERO, Vec3::X, Vec3::Y], WHITE)]);
     }
     let all: Vec<u32> = (0..STROKES).collect();
     let moves: Vec<Event> = (0..300).map(|_| moved(&all)).collect();
     scene.apply_all(&moves, &mut Vec::new());
-    let mut reached = 0;
-    while scene.can_undo() {
-        scene.apply_all(&[SOLE.undo()], &mut Vec::new());
-        reached += 1;
-    }
-    assert_eq!(reached, (1 << 20) / STROKES);
+    let reach = |scene: &mut Scene| {
+        let undo = |_: &_| scene.can_undo().then(|| play(scene, &[SOLE.undo()])).is_some();
+        (0..).take_while(undo).count()
+    };
+    let reached = reach(&mut scene);
+    assert_eq!(reached, (1 << 20) / STROKES as usize);
     assert_eq!(scene.bounds(PolygonId(0)).min.y, 300.0 - reached as f32);
     // Undone edits that are lost no longer count.
     for _ in 0..300 {
@@ -176,10 +164,5 @@ fn edits_of_many_strokes_are_remembered_less_long() {
     for _ in 0..200 {
         scene.apply_all(&[moved(&all)], &mut Vec::new());
     }
-    reached = 0;
-    while scene.can_undo() {
-        scene.apply_all(&[SOLE.undo()], &mut Vec::new());
-        reached += 1;
-    }
-    assert_eq!(reached, 200);
+    assert_eq!(reach(&mut scene), 200);
 }

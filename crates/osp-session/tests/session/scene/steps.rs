@@ -57,12 +57,8 @@ fn layer(layer: u32, hidden: Option<bool>) -> Event {
 }
 
 fn assign(layer: u32, strokes: &[u32]) -> Event {
-    Event::Assign {
-        author: Author::SOLE,
-        t: 0.0,
-        layer,
-        strokes: strokes.iter().map(|&stroke| StrokeId(stroke)).collect(),
-    }
+    let strokes = strokes.iter().map(|&stroke| StrokeId(stroke)).collect();
+    Event::Assign { author: Author::SOLE, t: 0.0, layer, strokes }
 }
 
 #[test]
@@ -94,15 +90,9 @@ fn a_layer_hides_its_strokes_those_that_come_and_those_that_are_brought() {
     play(&mut scene, &[layer(2, None), layer(0, Some(true))]);
     assert_eq!(visible(&scene), [2, 3, 4, 5]);
     assert_eq!(scene.counts().visible, 8);
-    let locked = Event::Layer {
-        author: Author::SOLE,
-        t: 0.0,
-        layer: 7,
-        name: Some("sky".into()),
-        hidden: None,
-        locked: Some(true),
-        mine: None,
-    };
+    let (name, locked) = (Some("sky".into()), Some(true));
+    let locked =
+        Event::Layer { author: Author::SOLE, t: 0.0, layer: 7, name, hidden: None, locked, mine: None };
     play(&mut scene, &[locked, layer(7, Some(true))]);
     let state = &scene.layer_states()[&7];
     assert_eq!((state.name.as_deref(), state.hidden, scene.is_locked(7)), (Some("sky"), Some(true), true));
