@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::{
     camera::Camera,
     frame::{Frame, Views},
-    hiding::{Hiding, OcclusionReport},
+    hiding::Hiding,
     indexed::Indexed,
     keys::{Key, Places, Slot},
     layers::Layers,
@@ -16,7 +16,7 @@ use crate::{
     index::SpatialIndex,
     key_hasher::KeyHasher,
     math::{Aabb, Frustum, Ray, Sphere},
-    occlusion::{Columns, moved},
+    occlusion::{Columns, OcclusionReport, moved},
     polygon::PolygonId,
 };
 

@@ -4,8 +4,8 @@ use super::{indexed::Indexed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
-        Columns, CullConfig, Layered, MeshBuffer, MeshCounts, Meshes, OccluderPool, Occlusion,
-        OcclusionConfig, OcclusionCuller, Selector, UNMOVED, Verdict, remove_hidden,
+        Columns, CullConfig, Layered, MeshBuffer, Meshes, OccluderPool, Occlusion, OcclusionConfig,
+        OcclusionCuller, OcclusionReport, Selector, UNMOVED, Verdict, remove_hidden,
     },
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
@@ -53,43 +53,6 @@ struct ObjectOccluder {
 struct OccludedView {
     selector: Selector,
     culler: Layered,
-}
-
-/// What cameras did with the occluders; see [`Culler::occlusion`](super::Culler::occlusion).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct OcclusionReport {
-    /// Number of occluders in view.
-    pub considered: usize,
-    /// Number of occluders that were drawn, wholly or in part.
-    pub drawn: usize,
-    /// Number of occluders that other occluders hide.
-    pub hidden: usize,
-    /// Number of occluders that are too small on the screen to hide anything.
-    pub too_small: usize,
-    /// Number of occluders that the budget left out.
-    pub over_budget: usize,
-    /// Number of triangles drawn.
-    pub triangles: usize,
-    /// Counted work of the depth buffer, in units of about a nanosecond.
-    pub work: u64,
-    /// Number of cameras that ask for occlusion culling, but have a parallel projection, an oblique near plane or a
-    /// sheared screen.
-    pub unsupported: usize,
-    /// Number of cameras that use no occluders, because they do not see the layers of an object with an occluder.
-    pub unseen: usize,
-}
-
-impl OcclusionReport {
-    fn add(&mut self, counts: &MeshCounts) {
-        self.considered += counts.considered;
-        self.drawn += counts.drawn;
-        self.hidden += counts.hidden;
-        self.too_small += counts.too_small;
-        self.over_budget += counts.over_budget;
-        self.triangles += counts.triangles;
-        self.work += counts.work;
-    }
 }
 
 /// Error: the polygons would exceed the limit.
@@ -194,6 +157,7 @@ impl Hiding {
     pub(super) fn follow(&mut self) {
         self.pool.follow(&self.surfaces, &self.changes);
         self.changes.clear();
+        self.meshes.tighten();
     }
 
     /// The culler that the last call of [`Hiding::cull`] built for a camera.

@@ -20,9 +20,9 @@ mod occluder;
 pub mod oracle;
 mod pending;
 
+pub use crate::occlusion::OcclusionReport;
 pub use camera::{ALL_LAYERS, Camera, CameraError};
 pub use culler::{Culler, Refusal};
 pub use frame::{Frame, Seen};
-pub use hiding::OcclusionReport;
 pub use keys::{Dense, Key};
 pub use occluder::{Occluder, OccluderError};

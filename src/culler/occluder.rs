@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use crate::{
     math::{Aabb, is_flat_and_convex},
-    occlusion::OccluderMesh,
+    occlusion::{BOX_SIDES, OccluderMesh},
     polygon::ConvexPolygon,
 };
 
@@ -106,10 +106,9 @@ impl Occluder {
             return Err(OccluderError::EmptyBox);
         }
         let corners = bounds.corners();
-        let sides = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
-        let triangles: Vec<_> = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let triangles: Vec<_> = BOX_SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         Self::of(&corners, &triangles, || {
-            let corners = sides.iter().map(|side| side.map(|corner| corners[corner as usize]));
+            let corners = BOX_SIDES.iter().map(|side| side.map(|corner| corners[corner as usize]));
             corners.map(ConvexPolygon::quad).collect()
         })
     }

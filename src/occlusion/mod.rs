@@ -45,8 +45,9 @@ mod view_occlusion;
 mod wide;
 
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
+pub use coverage::OcclusionReport;
 use coverage::cube_around;
-pub(crate) use coverage::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, UNMOVED, moved};
+pub(crate) use coverage::{BOX_SIDES, Columns, MeshBuffer, Meshes, OccluderMesh, UNMOVED, moved};
 pub use kind::Occlusion;
 pub(crate) use layered::Layered;
 pub(crate) use stage::work_ns;

@@ -77,5 +77,6 @@ mod tests;
 
 pub use buffer::CoverageBuffer;
 pub(in crate::occlusion) use buffer::cube_around;
-pub(crate) use mesh::{Columns, MeshBuffer, MeshCounts, Meshes, OccluderMesh, UNMOVED, moved};
+pub use mesh::OcclusionReport;
+pub(crate) use mesh::{BOX_SIDES, Columns, MeshBuffer, Meshes, OccluderMesh, UNMOVED, moved};
 pub(in crate::occlusion) use surfaces::Surfaces;

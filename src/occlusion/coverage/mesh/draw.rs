@@ -27,9 +27,10 @@ const TOUCH: f64 = SAMPLE + MARGIN + 0.002;
 /// of an open mesh do not.
 const LEAST_USEFUL: usize = 4;
 
-/// Work of a tile of a surface, and of an edge of its contour.
+/// Work of a tile of a surface, of an edge of its contour, and of a tile that a triangle or an edge may reach.
 const TILE: u64 = 30;
 const EDGE: u64 = 60;
+const VISIT: u64 = 2;
 
 /// Largest tangent of a corner's direction. A larger one would cut more of large meshes near the eye.
 const MOST_TANGENT: f64 = 1.0e4;
@@ -130,8 +131,9 @@ pub(super) struct Drawer {
     pub(super) tiles: Vec<u32>,
     pub(super) touches: Vec<Touch>,
     surface: u32,
-    /// Number of edges of the contour.
+    /// Number of edges of the contour, and of tiles that triangles and edges may reach.
     edges: u64,
+    visits: u64,
     columns: i32,
     rows: i32,
     contour: Contour,
@@ -151,6 +153,7 @@ impl Drawer {
             touches: Vec::new(),
             surface: 0,
             edges: 0,
+            visits: 0,
             columns: image.columns as i32,
             rows: image.rows as i32,
             contour: Contour::new(image.columns, image.rows),
@@ -163,9 +166,9 @@ impl Drawer {
         self.parts.iter_mut().for_each(|part| part.surface = 0);
     }
 
-    /// Work of the surface drawn last, in units of about a nanosecond: its tiles and its contour.
+    /// Work of the last surface, drawn or not, in units of about a nanosecond: its tiles and its contour.
     pub(super) fn work(&self) -> u64 {
-        self.tiles.len() as u64 * TILE + self.edges * EDGE
+        self.tiles.len() as u64 * TILE + self.edges * EDGE + self.visits * VISIT
     }
 
     /// The number of the surface drawn last.
@@ -363,8 +366,8 @@ impl Drawer {
         Some(if is_in[0] { [self.at[a], cut] } else { [cut, self.at[b]] })
     }
 
-    /// Draws the triangles of the projected batch that show `side`. The mesh is number `own`, and its borders have `mates`.
-    /// Returns false, without effect, if the image already covers most of them.
+    /// Draws the triangles of the projected batch that show `side`. The mesh is number `own`, and `mates` has the triangle of
+    /// another mesh at a border. Returns false, without effect, if the image already covers most of them.
     #[inline(always)]
     pub(super) fn draw<K: Kernel>(
         &mut self,
@@ -372,17 +375,19 @@ impl Drawer {
         (mesh, batch): (&OccluderMesh, &Batch),
         (placed, picture): (&Placed, &Picture),
         side: u8,
-        (own, mates): (u32, &[Option<Mate>]),
+        (own, mates): (u32, impl Fn(usize) -> Option<Mate>),
         image: &Image,
     ) -> bool {
         self.surface += 1;
-        self.edges = 0;
+        (self.edges, self.visits) = (0, 0);
         self.tiles.clear();
         self.touches.clear();
         self.draw_depths((mesh, batch), placed, picture, side);
         let Self { tiles, parts, .. } = self;
         let useful = tiles.iter().filter(|&&tile| parts[tile as usize].far > image.all[tile as usize]);
         if useful.count() * LEAST_USEFUL < tiles.len() || tiles.is_empty() {
+            self.visits += 2 * tiles.len() as u64;
+            tiles.clear();
             return false;
         }
         // Clockwise triangles pass their edges the other way round.
@@ -404,12 +409,12 @@ impl Drawer {
                 self.edge(kernel, ends, |part, _, pixels| part.open |= pixels);
             }
         }
-        let mut mates = mates.iter().skip(batch.first_open as usize);
+        let mut open = batch.first_open as usize..;
         for number in batch.borders.clone() {
             let border = &mesh.borders[number as usize];
             let own = || (border.mate_batch != NONE).then_some((own, border.mate_batch, border.mate));
-            let other = |mate: &Mate| (mate.instance, mate.batch, mate.triangle);
-            let mate = own().or_else(|| mates.next()?.as_ref().map(other));
+            let other = |mate: Mate| (mate.instance, mate.batch, mate.triangle);
+            let mate = own().or_else(|| mates(open.next()?).map(other));
             if self.sides[usize::from(border.triangle)] != side {
                 continue;
             }
@@ -505,6 +510,7 @@ impl Drawer {
     #[inline(always)]
     fn depth(&mut self, corners: [[i32; 2]; 3], far: f32, t: &[u16; 3], raster: &Raster) {
         let Some([[x, y], [columns, rows]]) = self.reach(&corners) else { return };
+        self.visits += ((columns[1] - columns[0]) * (rows[1] - rows[0])) as u64;
         if columns[1] - columns[0] == 1 && rows[1] - rows[0] == 1 {
             self.part((rows[0] * self.columns + columns[0]) as usize, far);
             return;
@@ -550,6 +556,7 @@ impl Drawer {
     fn edge<K: Kernel>(&mut self, kernel: K, ends: [[i32; 2]; 2], mut each: impl FnMut(&mut Part, u32, u64)) {
         self.edges += 1;
         let Some([[x, y], [columns, rows]]) = self.reach(&ends) else { return };
+        self.visits += ((columns[1] - columns[0]) * (rows[1] - rows[0])) as u64;
         let [from, to] = ends.map(|at| at.map(|v| f64::from(v) * (1.0 / STEPS)));
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
         let length = dx.abs() + dy.abs();

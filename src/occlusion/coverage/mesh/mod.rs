@@ -53,6 +53,7 @@ mod prepare;
 mod registry;
 mod stage;
 
-pub(crate) use prepare::OccluderMesh;
+pub(crate) use prepare::{BOX_SIDES, OccluderMesh};
 pub(crate) use registry::{Columns, Meshes, UNMOVED, moved};
-pub(crate) use stage::{MeshBuffer, MeshCounts};
+pub(crate) use stage::MeshBuffer;
+pub use stage::OcclusionReport;

@@ -29,7 +29,7 @@ const FEW: usize = 48;
 const LEAST_FOR_A_BOX: usize = 24;
 
 /// The corners of a box in the order of [`Aabb::corners`], counterclockwise from outside.
-const BOX_SIDES: [[u32; 4]; 6] =
+pub(crate) const BOX_SIDES: [[u32; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// Neighbouring triangles of a mesh.

@@ -1,5 +1,5 @@
 //! The meshes of all occluders, each at its place. Meshes that have not moved are linked where their borders are equal
-//! bit for bit, as those of a terrain's parts.
+//! bit for bit, as those of a terrain's parts. The link of a mesh that moves counts again when it is back.
 
 use std::{collections::HashMap, hash::BuildHasherDefault, sync::Arc};
 
@@ -17,7 +17,9 @@ pub(super) struct Instance {
     pub(super) mesh: Arc<OccluderMesh>,
     pub(super) columns: Columns,
     /// For each border of the mesh, the triangle of another mesh on the other side. Empty if there is none.
-    pub(super) mates: Vec<Option<Mate>>,
+    mates: Vec<Option<Mate>>,
+    /// Whether the borders were compared with those of other meshes. This takes long, so it lasts while the mesh moves.
+    is_linked: bool,
 }
 
 /// A triangle of another mesh.
@@ -42,8 +44,9 @@ pub(crate) struct Meshes {
     free: Vec<u32>,
     /// The borders of meshes that have not moved and have no mate.
     borders: HashMap<EdgeBits, Mate, BuildHasherDefault<KeyHasher>>,
-    /// A box around all meshes that have not moved.
+    /// A box around all meshes that have not moved, and whether it may be too large.
     pub(super) around: Option<Aabb>,
+    is_loose: bool,
 }
 
 impl Meshes {
@@ -55,18 +58,46 @@ impl Meshes {
             self.bounds.len() as u32 - 1
         });
         self.bounds[number as usize] = moved(&columns, &mesh.bounds());
-        self.instances[number as usize] = Some(Instance { mesh, columns, mates: Vec::new() });
-        if columns == UNMOVED {
+        self.instances[number as usize] =
+            Some(Instance { mesh, columns, mates: Vec::new(), is_linked: false });
+        self.come_to_rest(number);
+        number
+    }
+
+    /// Links a mesh that is where it was prepared.
+    fn come_to_rest(&mut self, number: u32) {
+        let Some(Some(instance)) = self.instances.get_mut(number as usize) else { return };
+        if instance.columns != UNMOVED {
+            return;
+        }
+        let bounds = instance.mesh.bounds();
+        self.around = Some(self.around.map_or(bounds, |around| around.union(&bounds)));
+        if !std::mem::replace(&mut instance.is_linked, true) {
             self.link(number);
         }
-        number
+    }
+
+    /// The triangle of another mesh on the other side of a border, if neither mesh has moved.
+    #[inline]
+    pub(super) fn mate(&self, instance: &Instance, border: usize) -> Option<Mate> {
+        let mate = (*instance.mates.get(border)?)?;
+        let is_there = |instance: &Instance| instance.columns == UNMOVED;
+        let other = self.instances[mate.instance as usize].as_ref();
+        (is_there(instance) && other.is_some_and(is_there)).then_some(mate)
+    }
+
+    /// Makes the box around the meshes as small as it can be. Before, it may be larger, which cuts off more near the eye.
+    pub(crate) fn tighten(&mut self) {
+        if std::mem::take(&mut self.is_loose) {
+            let fixed = self.instances.iter().flatten().filter(|instance| instance.columns == UNMOVED);
+            self.around = fixed.map(|instance| instance.mesh.bounds()).reduce(|a, b| a.union(&b));
+        }
     }
 
     /// Links the borders of a mesh to equal borders of other meshes.
     fn link(&mut self, number: u32) {
         let Some(Some(Instance { mesh, .. })) = self.instances.get(number as usize) else { return };
         let mesh = mesh.clone();
-        self.around = Some(self.around.map_or(mesh.bounds(), |around| around.union(&mesh.bounds())));
         for ((batch, triangle, [from, to]), border) in mesh.open().zip(0..) {
             let [from, to] = [from, to].map(|p| p.to_array().map(f32::to_bits));
             let own = Mate { instance: number, batch, triangle, border };
@@ -96,7 +127,7 @@ impl Meshes {
     /// Removes all links of a mesh. Its former mates are borders again, until another mesh comes.
     fn unlink(&mut self, number: u32) {
         let Some(Some(instance)) = self.instances.get_mut(number as usize) else { return };
-        if instance.columns != UNMOVED {
+        if !std::mem::take(&mut instance.is_linked) {
             return;
         }
         let (mesh, mates) = (instance.mesh.clone(), std::mem::take(&mut instance.mates));
@@ -118,21 +149,20 @@ impl Meshes {
 
     /// Moves a mesh.
     pub(crate) fn place(&mut self, number: u32, columns: Columns) {
-        self.unlink(number);
         if let Some(Some(instance)) = self.instances.get_mut(number as usize) {
+            self.is_loose |= instance.columns == UNMOVED;
             instance.columns = columns;
             self.bounds[number as usize] = moved(&columns, &instance.mesh.bounds());
         }
-        if columns == UNMOVED {
-            self.link(number);
-        }
+        self.come_to_rest(number);
     }
 
     pub(crate) fn remove(&mut self, number: u32) {
         self.unlink(number);
         if let Some(place) = self.instances.get_mut(number as usize)
-            && place.take().is_some()
+            && let Some(instance) = place.take()
         {
+            self.is_loose |= instance.columns == UNMOVED;
             self.bounds[number as usize] = Aabb::EMPTY;
             self.free.push(number);
         }

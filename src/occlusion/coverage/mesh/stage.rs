@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::{
     super::{boxes::TestBoxes, image::Image, picture::Picture, slope::SIDE, table::NONE},
     draw::{Drawer, Placed, Touch},
+    prepare::Batch,
     registry::{Columns, Instance, Meshes, UNMOVED, moved},
 };
 use crate::{
@@ -19,16 +20,18 @@ use crate::{
 /// Number of boxes that are tested at once.
 const TOGETHER: usize = 16;
 
-/// Number of triangles before the first round of tests; half as many more before each further round. With fewer, more
-/// time goes into joining batches; with more, more hidden batches are drawn.
-const FIRST_WAVE: usize = 2048;
+/// Expected work before the first round of tests; half as much more before each further round. With less, more time goes
+/// into joining batches; with more, more hidden batches are drawn.
+const FIRST_WAVE: u64 = 2048 * EXPECTED;
 
 /// Work of the steps, in units of about a nanosecond.
 const CONSIDER: u64 = 6;
+const ENTER: u64 = 30;
 const TEST: u64 = 40;
 const BATCH: u64 = 400;
 const CORNER: u64 = 4;
 const TRIANGLE: u64 = 12;
+const RECORD: u64 = 4;
 
 /// Work expected for each triangle of a batch, with its edges and tiles.
 const EXPECTED: u64 = 40;
@@ -42,16 +45,42 @@ const MOST_GAP_PX: f32 = 1.0;
 /// Stands for the box inside of a mesh, in place of a batch.
 const INNER_BOX: u32 = NONE - 1;
 
-/// What a view did with the occluders.
+/// What cameras did with the occluders; see [`Culler::occlusion`](crate::Culler::occlusion).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct MeshCounts {
-    pub(crate) considered: usize,
-    pub(crate) drawn: usize,
-    pub(crate) hidden: usize,
-    pub(crate) too_small: usize,
-    pub(crate) over_budget: usize,
-    pub(crate) triangles: usize,
-    pub(crate) work: u64,
+#[non_exhaustive]
+pub struct OcclusionReport {
+    /// Number of occluders in view.
+    pub considered: usize,
+    /// Number of occluders that were drawn, wholly or in part.
+    pub drawn: usize,
+    /// Number of occluders that other occluders hide.
+    pub hidden: usize,
+    /// Number of occluders that are too small on the screen to hide anything.
+    pub too_small: usize,
+    /// Number of occluders that the budget left out.
+    pub over_budget: usize,
+    /// Number of triangles drawn.
+    pub triangles: usize,
+    /// Counted work of the depth buffer, in units of about a nanosecond.
+    pub work: u64,
+    /// Number of cameras that ask for occlusion culling, but have a parallel projection, an oblique near plane or a
+    /// sheared screen.
+    pub unsupported: usize,
+    /// Number of cameras that use no occluders, because they do not see the layers of an object with an occluder.
+    pub unseen: usize,
+}
+
+impl OcclusionReport {
+    /// Adds what the depth buffer of a camera did.
+    pub(crate) fn add(&mut self, view: &Self) {
+        self.considered += view.considered;
+        self.drawn += view.drawn;
+        self.hidden += view.hidden;
+        self.too_small += view.too_small;
+        self.over_budget += view.over_budget;
+        self.triangles += view.triangles;
+        self.work += view.work;
+    }
 }
 
 /// A part of a surface in a tile that a border to another batch crosses.
@@ -115,7 +144,7 @@ pub(crate) struct MeshBuffer {
     records: Vec<Record>,
     sums: Vec<Record>,
     pending: Vec<Pending>,
-    counts: MeshCounts,
+    counts: OcclusionReport,
 }
 
 impl MeshBuffer {
@@ -136,11 +165,11 @@ impl MeshBuffer {
             records: Vec::new(),
             sums: Vec::new(),
             pending: Vec::new(),
-            counts: MeshCounts::default(),
+            counts: OcclusionReport::default(),
         }
     }
 
-    pub(crate) fn counts(&self) -> &MeshCounts {
+    pub(crate) fn counts(&self) -> &OcclusionReport {
         &self.counts
     }
 
@@ -167,7 +196,7 @@ impl MeshBuffer {
         self.sides.clear();
         self.records.clear();
         self.pending.clear();
-        self.counts = MeshCounts::default();
+        self.counts = OcclusionReport::default();
         self.first_batch.clear();
         self.first_batch.resize(meshes.instances.len(), NONE);
         let raster = Raster::new(window, (self.image.columns * SIDE) as f64, (self.image.rows * SIDE) as f64);
@@ -212,22 +241,22 @@ impl WithKernel for Build<'_> {
         buffer.consider_meshes(meshes, picture, frustum);
         let mut wave_size = FIRST_WAVE;
         loop {
-            let mut triangles = 0;
+            let mut expected = 0;
             buffer.wave.clear();
-            while triangles < wave_size && buffer.counts.work + triangles as u64 * EXPECTED < budget {
-                let next = buffer.next(kernel, meshes, picture, frustum, is_hidden);
+            while expected < wave_size && buffer.counts.work + expected < budget {
+                let next = buffer.next(kernel, meshes, (picture, frustum), budget, is_hidden);
                 match next {
-                    Some(more) => triangles += more,
+                    Some(more) => expected += more,
                     None => break,
                 }
             }
             if buffer.wave.is_empty() {
                 break;
             }
-            buffer.draw_wave(kernel, meshes, picture);
+            buffer.draw_wave(kernel, meshes, picture, budget);
             wave_size += wave_size / 2;
         }
-        buffer.counts.over_budget =
+        buffer.counts.over_budget +=
             buffer.items.iter().filter(|Reverse((_, _, batch))| *batch == NONE).count();
     }
 }
@@ -258,17 +287,17 @@ impl MeshBuffer {
         }
     }
 
-    /// Tests the nearest meshes and batches, and adds the visible batches to the wave. Returns the number of their
-    /// triangles; `None` at the end.
+    /// Tests the nearest meshes and batches, and adds the visible batches to the wave. Returns the expected work to draw
+    /// them; `None` at the end.
     #[inline(always)]
     fn next<K: Kernel>(
         &mut self,
         kernel: K,
         meshes: &Meshes,
-        picture: &Picture,
-        frustum: &Frustum,
+        (picture, frustum): (&Picture, &Frustum),
+        budget: u64,
         is_hidden: &dyn Fn(&Aabb) -> bool,
-    ) -> Option<usize> {
+    ) -> Option<u64> {
         let (mut group, mut boxes, mut len) = ([(0, 0); TOGETHER], [Aabb::EMPTY; TOGETHER], 0);
         while len < TOGETHER
             && let Some(Reverse((_, number, batch))) = self.items.pop()
@@ -292,7 +321,7 @@ impl MeshBuffer {
             let boxes = &boxes[..len];
             TestBoxes { image: &self.image, picture, boxes, needed: Needed::Hidden, each }.run(kernel);
         }
-        let mut triangles = 0;
+        let mut expected = 0;
         let eye = picture.raster.eye_in_world.as_vec3();
         for i in 0..len {
             let (number, batch) = group[i];
@@ -300,6 +329,11 @@ impl MeshBuffer {
             let is_mesh = batch == NONE;
             if hidden >> i & 1 == 1 || is_mesh && is_hidden(&boxes[i]) {
                 self.counts.hidden += usize::from(is_mesh);
+                continue;
+            }
+            let enter = if is_mesh { mesh.batches.len() as u64 * ENTER } else { 0 };
+            if self.counts.work + enter > budget {
+                self.counts.over_budget += usize::from(is_mesh);
                 continue;
             }
             if is_mesh {
@@ -310,10 +344,11 @@ impl MeshBuffer {
                     && is_box_enough(inner.gap, columns, boxes[i].distance_squared(eye).sqrt(), picture)
                 {
                     self.wave.push((number, INNER_BOX));
-                    triangles += inner.mesh.triangles.len();
+                    expected += expected_for(&inner.mesh.batches[0]);
                     continue;
                 }
                 if mesh.batches.len() > 1 {
+                    self.counts.work += enter;
                     for (batch, k) in mesh.batches.iter().zip(0..) {
                         let bounds = moved(columns, &batch.bounds);
                         if frustum.may_see(&bounds) {
@@ -325,19 +360,21 @@ impl MeshBuffer {
             }
             let batch = if is_mesh { 0 } else { batch };
             self.wave.push((number, batch));
-            triangles += mesh.batches[batch as usize].triangles.len();
+            expected += expected_for(&mesh.batches[batch as usize]);
         }
-        Some(triangles)
+        Some(expected)
     }
 
     #[inline(always)]
-    fn draw_wave<K: Kernel>(&mut self, kernel: K, meshes: &Meshes, picture: &Picture) {
+    fn draw_wave<K: Kernel>(&mut self, kernel: K, meshes: &Meshes, picture: &Picture, budget: u64) {
         let eye = picture.raster.eye_in_world.as_vec3();
         for i in 0..self.wave.len() {
             let (number, mut k) = self.wave[i];
-            let Some(Instance { mesh, columns, mates }) = &meshes.instances[number as usize] else {
-                continue;
-            };
+            if self.counts.work >= budget {
+                break;
+            }
+            let Some(instance) = &meshes.instances[number as usize] else { continue };
+            let Instance { mesh, columns, .. } = instance;
             let mut mesh = &**mesh;
             if let Some(inner) = mesh.inner_box.as_ref().filter(|_| k == INNER_BOX) {
                 (mesh, k) = (&*inner.mesh, 0);
@@ -358,19 +395,20 @@ impl MeshBuffer {
             let turned = self.drawer.sides.iter().filter(|&&side| side == 1).count();
             let first = u8::from(2 * turned > self.drawer.sides.len());
             for side in [first, 1 - first].into_iter().filter(|&side| seen[usize::from(side)]) {
-                let of = (number, &mates[..]);
+                let of = (number, |border| meshes.mate(instance, border));
                 self.counts.work += batch.triangles.len() as u64 * TRIANGLE;
                 if self.drawer.draw(kernel, (mesh, batch), (&placed, picture), side, of, &self.image) {
                     drawn.surfaces[usize::from(side)] = self.drawer.surface();
                     self.flush(kernel, side);
-                    self.counts.work += self.drawer.work();
                 }
+                self.counts.work += self.drawer.work();
             }
             self.counts.triangles += batch.triangles.len();
             self.drawn_of[(self.first_batch[number as usize] + k) as usize] = self.drawn.len() as u32;
             self.drawn.push(drawn);
         }
         self.join(kernel);
+        self.counts.work += (self.records.len() + self.pending.len()) as u64 * RECORD;
     }
 
     /// Adds the drawn surface to the image, except near borders to other batches.
@@ -479,4 +517,9 @@ fn is_box_enough(gap: f32, columns: &Columns, distance_m: f32, picture: &Picture
 fn is_mirrored(columns: &Columns) -> bool {
     let [x, y, z] = [columns[0], columns[1], columns[2]].map(|column| column.as_dvec3());
     DVec3::dot(x.cross(y), z) < 0.0
+}
+
+/// Expected work to draw a batch.
+fn expected_for(batch: &Batch) -> u64 {
+    BATCH + batch.triangles.len() as u64 * EXPECTED
 }
