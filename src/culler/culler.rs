@@ -254,7 +254,7 @@ impl<K: Key> Culler<K> {
 
     /// Sets the largest work of a camera's depth buffer of occluders, in units that take about a nanosecond. The work is
     /// counted, so the result is the same on each machine. The nearest occluders are drawn first; those beyond the budget
-    /// hide nothing. The default is 600,000.
+    /// hide nothing. The default is 720,000.
     pub fn set_occlusion_budget(&mut self, work: u64) {
         self.hiding.get_or_insert_with(|| Box::new(Hiding::new())).budget = work;
     }

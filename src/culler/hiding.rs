@@ -15,7 +15,7 @@ use crate::{
 const MOST_STORED: usize = 1 << 16;
 
 /// Default of [`Hiding::budget`]. With selection, tree and queries, a view then takes about a millisecond.
-pub(super) const BUDGET: u64 = 600_000;
+pub(super) const BUDGET: u64 = 720_000;
 
 /// Width and height of the buffer. Twice as many pixels hide 2 % more of what is hidden in a city, and take half as long
 /// again.
