@@ -1,10 +1,13 @@
-use std::hash::Hasher;
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// A hash for short keys. Each eight bytes are combined with the hash by XOR and multiplied by [`FACTOR`]; both halves
 /// of the product are combined by XOR. It is much faster than the hash of the standard library, but does not withstand
 /// keys chosen by an attacker.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct KeyHasher(u64);
+pub struct KeyHasher(u64);
+
+/// The default hash of a culler's keys: fast, but not made for keys that an attacker chooses.
+pub type FastHash = BuildHasherDefault<KeyHasher>;
 
 /// 2^64 divided by the golden ratio: an odd number without a pattern.
 const FACTOR: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -48,14 +48,14 @@
 //! ```
 //!
 //! [`Culler::in_box`] and [`Culler::in_sphere`] find near objects. [`Culler::set_layers`] and [`Camera::on_layers`] choose the
-//! objects of each camera. Queries take `&self`: several threads may run them at once.
+//! objects of each camera. Queries and [`Culler::cull_view`] take `&self`: several threads may run them at once.
 //!
 //! # From a change to the screen
 //!
 //! In a [`Culler`]:
 //!
 //! ```text
-//!  set, remove ──> commit: keys get ids ──> index (insert) ──> frustum of each Camera ──> occlusion ──> keys in view
+//!  set, remove ──> keys get ids ──> index ── commit ──> frustum of each Camera ──> occlusion ──> keys in view
 //! ```
 //!
 //! In a [`Pipeline`](frame::Pipeline), the layer below:
@@ -200,9 +200,10 @@ pub mod polygon;
 pub mod view;
 
 pub use culler::{
-    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, OcclusionReport,
-    Refusal, Seen, oracle,
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Detail, Frame, Handle, Key, Occluder, OccluderError,
+    OcclusionReport, Query, Refusal, Seen, ViewState, oracle,
 };
+pub use key_hasher::FastHash;
 pub use view::matrix::Depth;
 
 #[cfg(doctest)]

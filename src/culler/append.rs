@@ -1,11 +1,12 @@
+use std::hash::BuildHasher;
+
 use super::{
     culler::{Culler, Placement},
     hiding::BUDGET,
     keys::{Key, Places},
 };
-use crate::{index::SpatialIndex, math::Frustum};
 
-impl<K: Key> Culler<K> {
+impl<K: Key, S: BuildHasher> Culler<K, S> {
     /// Moves all objects of `other` into this culler, with their occluders and layers. If both cullers have an object
     /// with the same key, the object of `other` replaces the object of `self`.
     ///
@@ -35,7 +36,8 @@ impl<K: Key> Culler<K> {
             std::mem::swap(&mut self.refused, &mut other.refused);
             std::mem::swap(&mut self.refused_since, &mut other.refused_since);
             std::mem::swap(self, &mut other);
-            self.views.begin(0);
+            // Not the results of `other`.
+            self.cameras = 0;
         } else {
             self.insert_all(&other);
         }
@@ -44,22 +46,19 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Whether there is no object, no occluder, no budget of its own, no transform, no layer and no pending change.
+    /// Whether there is no object, no occluder, no budget of its own, no transform, no layer, no detail and no pending change.
     fn has_nothing(&self) -> bool {
         let hides_nothing =
             self.hiding.as_ref().is_none_or(|hiding| hiding.is_empty() && hiding.budget == BUDGET);
-        let is_plain = self.layers.iter().next().is_none() && self.placements.is_empty();
-        self.is_empty() && self.pending.is_empty() && hides_nothing && is_plain
+        let is_plain =
+            self.layers.iter().next().is_none() && self.placements.is_empty() && self.details.is_empty();
+        self.is_empty() && !self.is_changed && hides_nothing && is_plain
     }
 
     fn insert_all(&mut self, other: &Self) {
-        let mut numbers = Vec::new();
-        other.indexed.index().frustum_cull(&Frustum::everything(), &mut numbers);
-        for number in numbers {
-            if let (Some(key), Some(bounds)) = (other.key(number), other.indexed.get(number)) {
-                self.remove(key);
-                self.set(key, [bounds.min, bounds.max]);
-            }
+        for (key, bounds) in other.iter() {
+            self.remove(key);
+            if bounds[0][0].is_finite() { self.set(key, bounds) } else { self.set_everywhere(key) }
         }
         let mut placements: Vec<_> = other.placements.iter().collect();
         placements.sort_unstable_by_key(|&(slot, _)| *slot);
@@ -79,6 +78,11 @@ impl<K: Key> Culler<K> {
                 self.remove(key);
             }
             self.set_occluder(key, occluder.clone());
+        }
+        for (slot, &at) in other.detail_of.iter() {
+            if let Some(key) = other.keys.key_in(slot) {
+                self.set_detail(key, other.details[at as usize]);
+            }
         }
         for (slot, &layers) in other.layers.iter() {
             if let Some(key) = other.keys.key_in(slot) {

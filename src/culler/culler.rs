@@ -1,27 +1,36 @@
-use std::{collections::HashMap, fmt, hash::BuildHasherDefault};
+use std::{
+    collections::HashMap,
+    fmt,
+    hash::{BuildHasher, BuildHasherDefault},
+};
 
+use glam::Vec3;
 use thiserror::Error;
 
 use super::{
     camera::Camera,
-    frame::{Frame, Views},
+    detail::Detail,
     hiding::Hiding,
-    indexed::Indexed,
-    keys::{Key, Places, Slot},
+    keys::{Handle, Key, Places, Slot},
     layers::Layers,
+    objects::Objects,
     occluder::Occluder,
-    pending::PendingChanges,
+    view::{Frame, Seen, ViewState},
 };
 use crate::{
+    FastHash,
     index::SpatialIndex,
     key_hasher::KeyHasher,
-    math::{Aabb, Frustum, Ray, Sphere},
+    math::{Aabb, Frustum},
     occlusion::{Columns, OcclusionReport, moved},
-    polygon::PolygonId,
+    polygon::{ById, PolygonId, VisibleBlocks},
 };
 
 /// Largest number of refusals that are stored from one frame to the next.
 const MOST_REFUSED: usize = 4096;
+
+/// Stands for an object without a [`Detail`].
+pub(super) const NO_DETAIL: u32 = u32::MAX;
 
 /// The reason why a culler skipped an object or its occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -44,17 +53,21 @@ pub enum Refusal {
 /// index is rebuilt only if one commit inserts many more objects than are present. See the [crate] for an
 /// example.
 ///
-/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After this call no query finds a removed
-/// object. Several threads may run queries at once. No call panics, and no visible object is ever culled.
+/// Changes take effect at once, except that queries find a new object from the next [`Culler::commit`] or
+/// [`Culler::cull`] on. Several threads may run queries and [views](Culler::cull_view) at once. No call panics, and no
+/// visible object is ever culled.
 ///
-/// Costs: `set` and `remove` take O(1). The commit takes O(changes), and O(log world) for each object that is new or
-/// leaves its neighbourhood. A camera takes O(objects in view); with occluders also O(candidates), which are at most
-/// some thousand.
-pub struct Culler<K: Key> {
-    pub(super) keys: K::Places,
-    pub(super) pending: PendingChanges,
-    pub(super) indexed: Indexed,
+/// Costs: `set` and `remove` take O(1), and O(log world) for an object that leaves its neighbourhood. The commit takes
+/// O(changes). A camera takes O(objects in view); with occluders also O(candidates), which are at most some thousand.
+///
+/// `S` is the hash of the keys; see [`Culler::with_hasher`].
+pub struct Culler<K: Key, S: BuildHasher = FastHash> {
+    pub(super) keys: K::Places<S>,
+    pub(super) objects: Objects,
     pub(super) layers: Layers,
+    /// Each object's index in `details`, or [`NO_DETAIL`].
+    pub(super) detail_of: ById<u32>,
+    pub(super) details: Vec<Detail>,
     /// The objects that have been moved by a transform.
     pub(super) placements: HashMap<Slot, Placement, BuildHasherDefault<KeyHasher>>,
     /// The occluders; `None` until the first occluder is set.
@@ -63,9 +76,20 @@ pub struct Culler<K: Key> {
     pub(super) refused: Vec<(K, Refusal)>,
     /// Changes refused since the last call of [`Culler::cull`].
     pub(super) refused_since: Vec<(K, Refusal)>,
+    /// Whether a box was changed since the last commit.
+    pub(super) is_changed: bool,
+    /// Whether a commit followed the last change and the last [`Culler::cull`].
+    is_committed: bool,
+    /// Whether layers were changed since the last [`Culler::cull`].
+    are_layers_changed: bool,
+    /// The cameras of the last [`Culler::cull`], and spare ones.
+    views: Vec<ViewState>,
+    pub(super) cameras: usize,
     frusta: Vec<Frustum>,
-    occlusion: OcclusionReport,
-    pub(super) views: Views,
+    /// Working memory for several cameras.
+    found: Vec<VisibleBlocks>,
+    /// For [`Culler::are_hidden`].
+    asked: ViewState,
 }
 
 /// An object's box in its own space, and its place.
@@ -75,13 +99,41 @@ pub(super) struct Placement {
     pub(super) columns: Columns,
 }
 
-impl<K: Key> Default for Culler<K> {
+impl<K: Key, S: BuildHasher + Default> Default for Culler<K, S> {
     fn default() -> Self {
-        Self::new()
+        Self::with_hasher(S::default())
     }
 }
 
-impl<K: Key> fmt::Debug for Culler<K> {
+impl<K: Key, S: BuildHasher> Clone for Culler<K, S>
+where
+    K::Places<S>: Clone,
+{
+    /// A culler with the same objects, without the results of the last [`Culler::cull`].
+    fn clone(&self) -> Self {
+        Self {
+            keys: self.keys.clone(),
+            objects: self.objects.clone(),
+            layers: self.layers.clone(),
+            detail_of: self.detail_of.clone(),
+            details: self.details.clone(),
+            placements: self.placements.clone(),
+            hiding: self.hiding.clone(),
+            refused: self.refused.clone(),
+            refused_since: self.refused_since.clone(),
+            is_changed: self.is_changed,
+            is_committed: false,
+            are_layers_changed: false,
+            views: Vec::new(),
+            cameras: 0,
+            frusta: Vec::new(),
+            found: Vec::new(),
+            asked: ViewState::default(),
+        }
+    }
+}
+
+impl<K: Key, S: BuildHasher> fmt::Debug for Culler<K, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Culler").field("objects", &self.len()).finish_non_exhaustive()
     }
@@ -90,18 +142,33 @@ impl<K: Key> fmt::Debug for Culler<K> {
 impl<K: Key> Culler<K> {
     /// A culler without objects.
     pub fn new() -> Self {
+        Self::with_hasher(FastHash::default())
+    }
+}
+
+impl<K: Key, S: BuildHasher> Culler<K, S> {
+    /// A culler without objects that hashes its keys by `hasher`, such as `std::hash::RandomState`. The default,
+    /// [`FastHash`], is faster, but does not withstand keys that an attacker chooses. Iteration never uses the hash, so
+    /// the results do not depend on it.
+    pub fn with_hasher(hasher: S) -> Self {
         Self {
-            keys: K::Places::default(),
-            pending: PendingChanges::default(),
-            indexed: Indexed::new(),
+            keys: K::Places::new(hasher),
+            objects: Objects::new(),
             layers: Layers::default(),
+            detail_of: ById::new(NO_DETAIL),
+            details: Vec::new(),
             placements: HashMap::default(),
             hiding: None,
             refused: Vec::new(),
             refused_since: Vec::new(),
+            is_changed: false,
+            is_committed: false,
+            are_layers_changed: false,
+            views: Vec::new(),
+            cameras: 0,
             frusta: Vec::new(),
-            occlusion: OcclusionReport::default(),
-            views: Views::default(),
+            found: Vec::new(),
+            asked: ViewState::default(),
         }
     }
 
@@ -112,34 +179,129 @@ impl<K: Key> Culler<K> {
     ///
     /// An object that moves loses its occluder, unless the new box contains the former one. Set the
     /// [occluder](Culler::set_occluder) again at the new place.
+    #[inline]
     pub fn set<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) {
-        let [min, max] = bounds.map(Into::into);
-        let Some(slot) = self.slot(key) else { return };
-        let bounds = Aabb::new(min.into(), max.into());
-        if !self.placements.is_empty()
-            && let Some(placement) = self.placements.get_mut(&slot)
-        {
+        let [min, max] = bounds.map(|corner| corner.into().into());
+        if let Some(slot) = self.keys.slot(key).or_else(|| self.new_slot(key)) {
+            self.set_slot(slot, &Aabb { min, max });
+        }
+    }
+
+    /// Does the same as [`Culler::set`], and returns a handle of the object, for calls without a hash. `None` if the key
+    /// is refused.
+    ///
+    /// ```
+    /// use osp::Culler;
+    ///
+    /// let mut culler = Culler::<&str>::new();
+    /// let door = culler.insert("door", [[0.0, 0.0, 0.0], [1.0, 2.0, 0.1_f32]]).unwrap();
+    /// assert!(culler.set_at(door, [[5.0, 0.0, 0.0], [6.0, 2.0, 0.1_f32]]));
+    /// culler.remove("door");
+    /// culler.insert("wall", [[0.0, 0.0, 0.0], [9.0, 2.0, 0.1_f32]]);
+    /// assert!(!culler.set_at(door, [[0.0; 3], [1.0_f32; 3]]), "it names no other object");
+    /// ```
+    pub fn insert<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) -> Option<Handle> {
+        self.set(key, bounds);
+        self.handle(key)
+    }
+
+    /// The handle of an object; `None` without an object.
+    pub fn handle(&self, key: K) -> Option<Handle> {
+        self.keys.handle(self.keys.slot(key)?)
+    }
+
+    /// The key of the object that a handle names; `None` if the object has been removed.
+    pub fn key_of(&self, handle: Handle) -> Option<K> {
+        self.keys.key_in(self.keys.slot_at(handle)?)
+    }
+
+    /// Moves the object that a handle names, as [`Culler::set`] does. Returns false, without effect, if the object has been
+    /// removed.
+    #[inline]
+    pub fn set_at<P: Into<[f32; 3]>>(&mut self, handle: Handle, bounds: [P; 2]) -> bool {
+        let [min, max] = bounds.map(|corner| corner.into().into());
+        let Some(slot) = self.keys.slot_at(handle) else { return false };
+        self.set_slot(slot, &Aabb { min, max });
+        true
+    }
+
+    /// Removes the object that a handle names, as [`Culler::remove`] does. Returns its key; `None` if the object was removed
+    /// before.
+    pub fn remove_at(&mut self, handle: Handle) -> Option<K> {
+        let key = self.key_of(handle)?;
+        self.remove(key);
+        Some(key)
+    }
+
+    /// Does the same as [`Culler::set`] for each pair. If a key comes twice, its last box counts.
+    pub fn set_many<P: Into<[f32; 3]> + Copy>(&mut self, boxes: &[(K, [P; 2])]) {
+        boxes.iter().for_each(|&(key, bounds)| self.set(key, bounds));
+    }
+
+    /// Does the same as [`Culler::set_at`] for each pair. Returns the number of pairs whose object has been removed.
+    pub fn set_many_at<P: Into<[f32; 3]> + Copy>(&mut self, boxes: &[(Handle, [P; 2])]) -> usize {
+        boxes.iter().map(|&(handle, bounds)| usize::from(!self.set_at(handle, bounds))).sum()
+    }
+
+    /// Sets the box of the object in a slot: of an object without occluders and transforms in one write.
+    #[inline]
+    fn set_slot(&mut self, slot: Slot, bounds: &Aabb) {
+        if self.hiding.is_none() && self.placements.is_empty() && bounds.is_valid() {
+            self.is_changed = true;
+            self.objects.set(slot, self.keys.number(slot), bounds);
+        } else {
+            self.set_with_occluder(slot, bounds);
+        }
+    }
+
+    #[inline(never)]
+    fn set_with_occluder(&mut self, slot: Slot, bounds: &Aabb) {
+        if let Some(placement) = self.placements.get_mut(&slot) {
             let columns = placement.columns;
-            placement.bounds = if bounds.is_valid() { bounds } else { Aabb::EMPTY };
-            self.set_moved(key, slot, &bounds, &columns);
-        } else if !self.pending.set(slot, bounds) {
-            self.refuse(key, Refusal::Bounds([min, max]));
-            self.remove_box(slot);
+            placement.bounds = if bounds.is_valid() { *bounds } else { Aabb::EMPTY };
+            self.set_moved(slot, bounds, &columns);
+        } else {
+            self.set_box(slot, bounds);
         }
         if bounds.is_valid()
             && let Some(hiding) = &mut self.hiding
         {
-            hiding.follow_object(slot, &bounds);
+            hiding.follow_object(slot, bounds);
+        }
+    }
+
+    /// Sets the box of an object in the world, or refuses it.
+    fn set_box(&mut self, slot: Slot, bounds: &Aabb) {
+        if bounds.is_valid() {
+            self.is_changed = true;
+            self.objects.set(slot, self.keys.number(slot), bounds);
+        } else {
+            self.refuse_box(slot, bounds);
         }
     }
 
     /// Sets the box of an object that has been moved, from its box in its own space.
-    fn set_moved(&mut self, key: K, slot: Slot, own: &Aabb, columns: &Columns) {
-        let bounds = if own.is_valid() { moved(columns, own) } else { *own };
-        if !self.pending.set(slot, bounds) {
+    fn set_moved(&mut self, slot: Slot, own: &Aabb, columns: &Columns) {
+        self.set_box(slot, &if own.is_valid() { moved(columns, own) } else { *own });
+    }
+
+    fn refuse_box(&mut self, slot: Slot, bounds: &Aabb) {
+        if let Some(key) = self.keys.key_in(slot) {
             self.refuse(key, Refusal::Bounds([bounds.min.into(), bounds.max.into()]));
-            self.remove_box(slot);
         }
+        self.remove_box(slot);
+    }
+
+    /// Inserts an object without a box, such as a sky, in place of its former box. Every camera on its layers draws it, and
+    /// all queries find it, as if it filled the world. It loses its occluder and its transform. A later box ends this.
+    pub fn set_everywhere(&mut self, key: K) {
+        let Some(slot) = self.slot(key) else { return };
+        self.is_changed = true;
+        self.placements.remove(&slot);
+        if let Some(hiding) = &mut self.hiding {
+            hiding.remove(slot);
+        }
+        self.objects.set_endless(slot, self.keys.number(slot));
     }
 
     /// Moves an object with its occluder by an affine transform: the images of the axes x, y and z, and of the origin. The
@@ -165,8 +327,7 @@ impl<K: Key> Culler<K> {
         let Some(slot) = self.slot(key) else { return };
         let columns: Columns = columns.map(|column| column.into().into());
         if !columns.iter().all(|column| column.is_finite()) {
-            self.refuse(key, Refusal::Bounds([[f32::NAN; 3]; 2]));
-            self.remove_box(slot);
+            self.refuse_box(slot, &Aabb::new(Vec3::NAN, Vec3::NAN));
             return;
         }
         let own = match self.placements.get(&slot) {
@@ -178,16 +339,29 @@ impl<K: Key> Culler<K> {
             hiding.place(slot, columns);
         }
         if !own.is_empty() {
-            self.set_moved(key, slot, &own, &columns);
+            self.set_moved(slot, &own, &columns);
         }
     }
 
     /// Removes an object with its occluder and its layers. A call for an unknown key has no effect.
     pub fn remove(&mut self, key: K) {
-        let Some(slot) = self.keys.take(key) else { return };
+        let Some(slot) = self.keys.slot(key) else { return };
         self.remove_box(slot);
+        self.keys.take(key);
         self.placements.remove(&slot);
         self.layers.forget(slot);
+        self.forget_detail(slot);
+    }
+
+    fn forget_detail(&mut self, slot: Slot) {
+        if !self.details.is_empty() {
+            self.detail_of.set(slot, NO_DETAIL);
+        }
+    }
+
+    /// Does the same as [`Culler::remove`] for each key.
+    pub fn remove_many(&mut self, keys: &[K]) {
+        keys.iter().for_each(|&key| self.remove(key));
     }
 
     /// Sets an object's occluder, in place of the former one. The occluder is in world space, and stays in place until
@@ -220,13 +394,69 @@ impl<K: Key> Culler<K> {
     /// ([`Camera::on_layers`]). The default is the first layer, mask 1. An object on no layer is never seen.
     pub fn set_layers(&mut self, key: K, layers: u32) {
         if let Some(slot) = self.slot(key) {
+            self.are_layers_changed = true;
             self.layers.set(slot, layers);
         }
     }
 
+    /// Removes all objects, with their occluders and layers. The handles of these objects name nothing afterwards. Keeps the
+    /// budget.
+    pub fn clear(&mut self) {
+        self.is_changed |= !self.is_empty();
+        self.objects.clear();
+        self.keys.clear();
+        self.layers = Layers::default();
+        self.placements.clear();
+        self.detail_of.clear();
+        self.details.clear();
+        if let Some(hiding) = &mut self.hiding {
+            let budget = hiding.budget;
+            **hiding = Hiding::new();
+            hiding.budget = budget;
+        }
+    }
+
+    /// Makes room for this number of further objects.
+    pub fn reserve(&mut self, objects: usize) {
+        self.keys.reserve(objects);
+        self.objects.reserve(objects);
+    }
+
+    /// All objects with an accepted box: the key and the box, in any order.
+    pub fn iter(&self) -> impl Iterator<Item = (K, [[f32; 3]; 2])> {
+        let in_index = self.objects.numbers().into_iter();
+        let in_index = in_index.filter_map(|number| Some((self.keys.key(number), self.objects.get(number)?)));
+        let coming =
+            self.objects.coming().filter_map(|(slot, bounds)| Some((self.keys.key_in(slot)?, bounds)));
+        in_index.chain(coming).map(|(key, bounds)| (key, [bounds.min.into(), bounds.max.into()]))
+    }
+
+    /// Removes the objects with an accepted box for which `is_kept` returns false.
+    pub fn retain(&mut self, mut is_kept: impl FnMut(K, [[f32; 3]; 2]) -> bool) {
+        let gone: Vec<K> =
+            self.iter().filter_map(|(key, bounds)| (!is_kept(key, bounds)).then_some(key)).collect();
+        self.remove_many(&gone);
+    }
+
+    /// Sets from which distance and at which size cameras draw an object, and in which level of detail
+    /// ([`Seen::levels`]). The default draws it at every distance.
+    pub fn set_detail(&mut self, key: K, detail: Detail) {
+        let Some(slot) = self.slot(key) else { return };
+        self.is_changed = true;
+        let at = match self.details.iter().position(|of| *of == detail) {
+            _ if detail == Detail::default() => NO_DETAIL,
+            Some(at) => at as u32,
+            None => {
+                self.details.push(detail);
+                self.details.len() as u32 - 1
+            }
+        };
+        self.detail_of.set(slot, at);
+    }
+
     /// Number of objects in the culler with an accepted box.
     pub fn len(&self) -> usize {
-        self.pending.count()
+        self.objects.len()
     }
 
     /// Whether there is no object.
@@ -249,7 +479,9 @@ impl<K: Key> Culler<K> {
     /// What the cameras of the last [`Culler::cull`] did with the occluders, all cameras together. An occluder that hides
     /// nothing was too small, hidden itself, or beyond the budget.
     pub fn occlusion(&self) -> OcclusionReport {
-        self.occlusion
+        let mut all = OcclusionReport::default();
+        self.views[..self.cameras].iter().for_each(|view| all.add(&view.report));
+        all
     }
 
     /// Sets the largest work of a camera's depth buffer of occluders, in units that take about a nanosecond. The work is
@@ -259,46 +491,50 @@ impl<K: Key> Culler<K> {
         self.hiding.get_or_insert_with(|| Box::new(Hiding::new())).budget = work;
     }
 
-    /// Applies all changes; later queries find the new state. [`Culler::cull`] also commits.
+    /// Makes new objects known to queries, and does the upkeep of the changes since the last commit. [`Culler::cull`] also
+    /// commits.
     pub fn commit(&mut self) {
-        if !self.pending.is_empty() {
-            self.views.begin(0);
+        if std::mem::take(&mut self.is_changed) {
+            self.cameras = 0;
         }
-        self.pending.take_all(|changes| self.indexed.take_all::<K>(&mut self.keys, changes));
-        self.indexed.commit::<K>(&mut self.keys);
-        self.keys.settle();
+        self.objects.commit::<K, S>(&mut self.keys);
         if let Some(hiding) = &mut self.hiding {
             hiding.follow();
         }
+        self.is_committed = true;
     }
 
     /// Finds the objects that may be on the screen of each camera. With [occlusion culling](Camera::hide_by_occluders),
     /// the result of a camera omits the objects behind occluders. Two similar cameras, such as the eyes of a headset,
     /// share one traversal of the index. Each other camera has its own traversal.
-    pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
-        self.commit();
+    pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K, S> {
+        // A second commit in a frame would do the upkeep of a frame once more.
+        if !std::mem::take(&mut self.is_committed) || self.is_changed {
+            self.commit();
+            self.is_committed = false;
+        } else if let Some(hiding) = &mut self.hiding {
+            hiding.follow();
+        }
         std::mem::swap(&mut self.refused, &mut self.refused_since);
         self.refused_since.clear();
-        self.occlusion = OcclusionReport::default();
-        let Self { indexed, keys, layers, hiding, views, occlusion, .. } = self;
-        views.begin(cameras.len());
-        self.frusta.clear();
-        self.frusta.extend(cameras.iter().map(|camera| camera.frustum_within(|| indexed.index().around())));
-        indexed.index().frustum_cull_views(&self.frusta, &mut views.in_view);
-        for (i, camera) in cameras.iter().enumerate() {
-            let mask = camera.layers();
-            if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
-                let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
-                let view = (i, window, camera.frustum());
-                views.is_occluded[i] = hiding.cull(indexed, (layers, mask), view, in_view, drawn, occlusion);
-            } else {
-                occlusion.unsupported += usize::from(camera.asks_to_hide());
-            }
-            if !layers.sees_all(mask) {
-                let is_seen = |number| keys.slot_of(number).is_some_and(|slot| layers.sees(slot, mask));
-                views.keep(i, is_seen);
-            }
+        (self.cameras, self.are_layers_changed) = (cameras.len(), false);
+        let (mut views, mut frusta) = (std::mem::take(&mut self.views), std::mem::take(&mut self.frusta));
+        views.resize_with(cameras.len().max(views.len()), ViewState::default);
+        frusta.clear();
+        let index = self.objects.index();
+        frusta.extend(cameras.iter().map(|camera| camera.frustum_within(|| index.around())));
+        let are_several = cameras.len() > 1;
+        if are_several {
+            let take = |view: &mut ViewState| std::mem::take(&mut view.found);
+            self.found.extend(views[..cameras.len()].iter_mut().map(take));
+            self.found.iter_mut().for_each(VisibleBlocks::clear);
+            index.frustum_cull_views(&frusta, &mut self.found);
+            views.iter_mut().zip(self.found.drain(..)).for_each(|(view, found)| view.found = found);
         }
+        for ((camera, frustum), view) in cameras.iter().zip(&frusta).zip(&mut views) {
+            self.find(camera, frustum, view, are_several);
+        }
+        (self.views, self.frusta) = (views, frusta);
         self.frame()
     }
 
@@ -312,10 +548,11 @@ impl<K: Key> Culler<K> {
         let boxes: Vec<_> = boxes.iter().map(|&[min, max]| Aabb::new(corner(min), corner(max))).collect();
         let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum_within(|| *bounds).may_see(bounds);
         let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
-        if let (Some(hiding), Some(window)) = (&mut self.hiding, camera.hiding_window()) {
+        if let (Some(hiding), Some(window)) = (&self.hiding, camera.hiding_window()) {
             hiding.mark_hidden(
                 (&self.layers, camera.layers()),
                 (window, camera.frustum()),
+                &mut self.asked.occluders,
                 &boxes,
                 &mut hidden,
             );
@@ -325,86 +562,18 @@ impl<K: Key> Culler<K> {
 
     /// The results of the last [`Culler::cull`] without objects removed since, to read them while queries run. After a
     /// [`Culler::commit`] of changes, the frame is empty.
-    pub fn frame(&self) -> Frame<'_, K> {
-        let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_occluded))| {
-            let hiding = self.hiding.as_ref().filter(|_| is_occluded);
-            (in_view, drawn, hiding.and_then(|hiding| hiding.culler(camera)))
-        });
-        Frame::new(&self.keys, views)
-    }
-
-    /// The nearest object that a ray meets, and its distance. `hit` is the exact test: it returns the distance to the
-    /// object itself, in lengths of the ray's direction, or `None` for a miss. It is called for objects whose boxes the ray
-    /// enters, in any order, on any layer.
-    pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
-        let mut meet = |number| hit(self.key(number)?, &ray);
-        let (number, t) = self.indexed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
-        Some((self.key(number)?, t))
-    }
-
-    /// The objects whose boxes a ray enters, the nearest first, with the distance of each entry, in lengths of the
-    /// ray's direction. The distance is at most `t_max`, and 0 if the ray starts inside. An engine that tests the
-    /// objects themselves may stop at the first box behind its nearest hit. Layers have no effect.
-    pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
-        let mut entered = Vec::new();
-        let mut note = |number| {
-            let t = ray.enter_box(&self.indexed.get(number)?, t_max)?;
-            entered.push((t, number));
-            // Without a hit the traversal continues.
-            None
-        };
-        self.indexed.index().ray_nearest(&ray, t_max, &mut note);
-        entered.sort_unstable_by(|(a, first), (b, second)| a.total_cmp(b).then(first.cmp(second)));
-        entered.into_iter().filter_map(|(t, number)| Some((self.key(number)?, t)))
-    }
-
-    /// The objects whose boxes share a point with `bounds`, in any order. Boxes that touch share a point.
-    pub fn in_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> impl Iterator<Item = K> {
-        let [min, max] = bounds.map(|corner| corner.into().into());
-        let mut found = Vec::new();
-        self.indexed.index().box_query(&Aabb::new(min, max), &mut found);
-        found.into_iter().filter_map(|number| self.key(number))
-    }
-
-    /// The objects whose boxes share a point with a sphere, in any order.
-    pub fn in_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> impl Iterator<Item = K> {
-        let sphere = Sphere { center: center.into().into(), radius_m };
-        let mut found = Vec::new();
-        let mut is_in = |number| {
-            let bounds = self.indexed.get(number);
-            bounds.is_some_and(|bounds| bounds.distance_squared(sphere.center) <= radius_m * radius_m)
-        };
-        self.indexed.index().sphere_query(&sphere, &mut is_in, &mut found);
-        found.into_iter().filter_map(|number| self.key(number))
-    }
-
-    /// The `count` objects whose boxes are nearest to a point, the nearest first, with their distances from it, metres. The
-    /// distance from a box that contains the point is 0. Layers have no effect.
-    pub fn nearest<P: Into<[f32; 3]>>(&self, point: P, count: usize) -> impl Iterator<Item = (K, f32)> {
-        let point = point.into().into();
-        let mut distance_m = |number| {
-            let is_there = self.key(number).is_some();
-            let bounds = self.indexed.get(number).filter(|_| is_there);
-            // A distance of NaN excludes a removed object.
-            bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
-        };
-        let mut found = Vec::new();
-        self.indexed.index().nearest(
-            point,
-            count.min(self.indexed.index().len()),
-            &mut distance_m,
-            &mut found,
-        );
-        found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
-    }
-
-    /// The key of the object with this number; `None` if the object has been removed.
-    pub(super) fn key(&self, number: PolygonId) -> Option<K> {
-        let slot = self.keys.slot_of(number)?;
-        if self.pending.has_box(slot) { self.keys.key(number) } else { None }
+    pub fn frame(&self) -> Frame<'_, K, S> {
+        let views = &self.views[..self.cameras];
+        let is_changed = self.is_changed || self.are_layers_changed;
+        Frame::new(views.iter().map(|view| Seen::stored(self, view, is_changed)))
     }
 
     fn slot(&mut self, key: K) -> Option<Slot> {
+        self.keys.slot(key).or_else(|| self.new_slot(key))
+    }
+
+    #[inline(never)]
+    fn new_slot(&mut self, key: K) -> Option<Slot> {
         let slot = self.keys.slot_or_new(key);
         if slot.is_none() {
             self.refuse(key, Refusal::Key);
@@ -414,8 +583,8 @@ impl<K: Key> Culler<K> {
 
     /// The box of the object in a slot.
     pub(super) fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
-        let pending = self.pending.pending_box(slot);
-        pending.or_else(|| self.indexed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
+        let in_index = self.keys.number(slot).and_then(|number| self.objects.get(number));
+        in_index.or_else(|| self.objects.coming_box(slot))
     }
 
     pub(super) fn refuse(&mut self, key: K, why: Refusal) {
@@ -425,9 +594,10 @@ impl<K: Key> Culler<K> {
     }
 
     fn remove_box(&mut self, slot: Slot) {
-        self.pending.remove(slot);
-        if let Some(number) = self.keys.number(slot) {
-            self.views.remove(number);
+        let removed = self.objects.remove(slot, self.keys.number(slot));
+        self.is_changed |= removed;
+        if removed {
+            self.keys.free(slot);
         }
         if let Some(hiding) = &mut self.hiding {
             hiding.remove(slot);

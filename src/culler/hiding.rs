@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::{indexed::Indexed, keys::Slot, layers::Layers, occluder::Occluder};
+use super::{keys::Slot, layers::Layers, objects::Objects, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
@@ -21,8 +21,8 @@ pub(super) const BUDGET: u64 = 720_000;
 /// again.
 const BUFFER_PX: [usize; 2] = [512, 320];
 
-/// The occluders of all objects, and the cullers built from them. The polygons of occluders have numbers of their own.
-#[derive(Debug)]
+/// The occluders of all objects. The polygons of occluders have numbers of their own.
+#[derive(Clone, Debug)]
 pub(super) struct Hiding {
     surfaces: OccluderPolygons,
     meshes: Meshes,
@@ -31,14 +31,12 @@ pub(super) struct Hiding {
     changes: Vec<Change>,
     pool: OccluderPool,
     config: OcclusionConfig,
-    /// The first culler is for [`Culler::are_hidden`](super::Culler::are_hidden), the others for the cameras of a frame.
-    views: Vec<OccludedView>,
     /// Largest work of a view's buffer.
     pub(super) budget: u64,
 }
 
 /// An object's occluder and box.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct ObjectOccluder {
     occluder: Occluder,
     /// The numbers of the occluder's polygons, and of its mesh.
@@ -50,9 +48,15 @@ struct ObjectOccluder {
 
 /// The occluders of a view.
 #[derive(Debug)]
-struct OccludedView {
+pub(super) struct OccludedView {
     selector: Selector,
     culler: Layered,
+}
+
+impl OccludedView {
+    pub(super) fn culler(&self) -> &dyn OcclusionCuller {
+        &self.culler
+    }
 }
 
 /// Error: the polygons would exceed the limit.
@@ -70,7 +74,6 @@ impl Hiding {
             changes: Vec::new(),
             pool: OccluderPool::new(config.pool),
             config,
-            views: Vec::new(),
             budget: BUDGET,
         }
     }
@@ -160,33 +163,32 @@ impl Hiding {
         self.meshes.tighten();
     }
 
-    /// The culler that the last call of [`Hiding::cull`] built for a camera.
-    pub(super) fn culler(&self, camera: usize) -> Option<&dyn OcclusionCuller> {
-        self.views.get(camera + 1).map(|view| &view.culler as &dyn OcclusionCuller)
-    }
-
     /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If the
     /// camera's layers exclude an object with an occluder, no occluder is used. Otherwise objects behind this undrawn
     /// occluder would be missing.
     pub(super) fn cull(
-        &mut self,
-        indexed: &Indexed,
+        &self,
+        objects: &Objects,
         (layers, mask): (&Layers, u32),
-        (camera, window, frustum): (usize, &ViewWindow, &Frustum),
-        in_view: &VisibleBlocks,
-        drawn: &mut VisibleBlocks,
+        (window, frustum): (&ViewWindow, &Frustum),
+        view: &mut Option<Box<OccludedView>>,
+        (in_view, drawn): (&VisibleBlocks, &mut VisibleBlocks),
         report: &mut OcclusionReport,
     ) -> bool {
         if !self.sees_all(layers, mask) {
             report.unseen += 1;
             return false;
         }
-        let Some(culler) = self.build(camera + 1, window, frustum) else { return false };
-        report.add(culler.buffer().counts());
+        let Some(culler) = self.build(view, window, frustum) else { return false };
+        *report = OcclusionReport {
+            unsupported: report.unsupported,
+            unseen: report.unseen,
+            ..*culler.buffer().counts()
+        };
         if culler.is_empty() {
             return false;
         }
-        remove_hidden(culler, CullConfig::default(), indexed.index(), indexed, frustum, in_view, None, drawn);
+        remove_hidden(culler, CullConfig::default(), objects.index(), objects, frustum, in_view, None, drawn);
         true
     }
 
@@ -195,22 +197,22 @@ impl Hiding {
         layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask))
     }
 
-    /// Selects occluders for a view, and builds the culler `views[number]`; `None` without occluders.
-    fn build(&mut self, number: usize, window: &ViewWindow, frustum: &Frustum) -> Option<&Layered> {
+    /// Selects occluders for a view, and builds its culler; `None` without occluders.
+    fn build<'a>(
+        &self,
+        view: &'a mut Option<Box<OccludedView>>,
+        window: &ViewWindow,
+        frustum: &Frustum,
+    ) -> Option<&'a Layered> {
         if self.of_object.is_empty() {
             return None;
         }
-        if self.views.len() <= number {
-            let config = &self.config;
-            self.views.resize_with(number + 1, || OccludedView {
-                selector: Selector::new(config.select),
-                culler: Layered::new(
-                    Occlusion::Msvbsp.create(config.select.occluders),
-                    MeshBuffer::new(BUFFER_PX[0], BUFFER_PX[1]),
-                ),
-            });
-        }
-        let OccludedView { selector, culler } = &mut self.views[number];
+        let OccludedView { selector, culler } = &mut **view.get_or_insert_with(|| {
+            let config = self.config.select;
+            let tree = Occlusion::Msvbsp.create(config.occluders);
+            let culler = Layered::new(tree, MeshBuffer::new(BUFFER_PX[0], BUFFER_PX[1]));
+            Box::new(OccludedView { selector: Selector::new(config), culler })
+        });
         selector.select(&self.pool, &self.surfaces, window);
         culler.build(window, selector.chosen());
         culler.draw(&self.meshes, window, frustum, self.budget);
@@ -219,16 +221,17 @@ impl Hiding {
 
     /// Sets `hidden` for the boxes that the view's occluders hide.
     pub(super) fn mark_hidden(
-        &mut self,
+        &self,
         (layers, mask): (&Layers, u32),
         (window, frustum): (&ViewWindow, &Frustum),
+        view: &mut Option<Box<OccludedView>>,
         boxes: &[Aabb],
         hidden: &mut [bool],
     ) {
         if !self.sees_all(layers, mask) {
             return;
         }
-        let Some(culler) = self.build(0, window, frustum) else { return };
+        let Some(culler) = self.build(view, window, frustum) else { return };
         for (bounds, hidden) in boxes.iter().zip(hidden) {
             *hidden |= hides_box(culler, bounds);
         }
@@ -241,7 +244,7 @@ pub(super) fn hides_box(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
 }
 
 /// The polygons of all occluders, by number.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct OccluderPolygons {
     polygons: Vec<Option<ConvexPolygon>>,
     free: Vec<PolygonId>,

@@ -6,7 +6,7 @@ use super::keys::Slot;
 const FIRST_LAYER: u32 = 1;
 
 /// The layers of each object.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Layers {
     masks: ById<u32>,
     /// Number of objects whose mask is not [`FIRST_LAYER`].

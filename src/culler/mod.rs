@@ -1,7 +1,7 @@
 //! The culler for engines, with the engine's own keys, boxes, occluders and cameras.
 //!
 //! ```text
-//! set, remove ─> pending.rs ─ commit ─> indexed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
+//! set, remove ─> keys.rs: number ─> objects.rs: index ─ cull ─> frustum ─> hiding.rs: occlusion ─> view.rs: keys
 //! ```
 //!
 //! The culler does not use [`Pipeline`](crate::frame::Pipeline). Use a pipeline instead for polygons in your own form,
@@ -11,18 +11,21 @@ mod append;
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]
 mod culler;
-mod frame;
+mod detail;
 mod hiding;
-mod indexed;
 mod keys;
 mod layers;
+mod objects;
 mod occluder;
 pub mod oracle;
-mod pending;
+mod query;
+mod view;
 
 pub use crate::occlusion::OcclusionReport;
 pub use camera::{ALL_LAYERS, Camera, CameraError};
 pub use culler::{Culler, Refusal};
-pub use frame::{Frame, Seen};
-pub use keys::{Dense, Key};
+pub use detail::Detail;
+pub use keys::{Dense, Handle, Key};
 pub use occluder::{Occluder, OccluderError};
+pub use query::Query;
+pub use view::{Frame, Seen, ViewState};

@@ -168,6 +168,19 @@ impl Osp {
         self.store.around()
     }
 
+    /// Sets a valid box of a polygon; returns false, without effect, if the polygon is not in the index.
+    #[inline]
+    pub(crate) fn move_to(&mut self, id: PolygonId, bounds: &Aabb) -> bool {
+        self.upkeep.adjusted += 1;
+        self.store.write(id, bounds) || self.move_first(id, bounds)
+    }
+
+    #[inline(never)]
+    fn move_first(&mut self, id: PolygonId, bounds: &Aabb) -> bool {
+        self.upkeep.adjusted -= 1;
+        self.update(id, bounds).is_ok()
+    }
+
     /// Sets new boxes of polygons of one block; the last update of a polygon counts. Calls `refuse` with the errors
     /// of refused updates.
     #[inline(always)]

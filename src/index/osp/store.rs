@@ -257,6 +257,25 @@ impl Store {
         count
     }
 
+    /// Sets the valid box of a polygon that has moved of late: it is not in the tree, and its block is marked already.
+    /// Returns false, without effect, for other polygons.
+    #[inline(always)]
+    pub(super) fn write(&mut self, id: PolygonId, bounds: &Aabb) -> bool {
+        let (block, lane) = (id.0 / 16, id.index() % BLOCK);
+        let Some(at) = self.at(block) else { return false };
+        let is_open = self.is_open(block);
+        let shelf = &mut self.shelves[at.shelf];
+        let (group, bit) = (at.block / 16, 1 << (at.block % 16));
+        let is_marked = shelf.groups[group].stale & shelf.waiting[group] & bit != 0;
+        let is_free = (shelf.live[at.block] & !shelf.filed[at.block]) >> lane & 1 == 1;
+        if !is_marked || !is_free || is_open {
+            return false;
+        }
+        shelf.moved[at.block] |= 1 << lane;
+        self.exact[shelf.boxes[at.block]].set(lane, bounds);
+        true
+    }
+
     /// Corrects the bits above a block after its polygons have changed.
     fn note(&mut self, at: At, block: u32) {
         let shelf = &mut self.shelves[at.shelf];

@@ -1,7 +1,7 @@
 //! What the culler refuses, and several threads that ask it.
 
 use osp::{
-    Camera, Culler, Dense, Depth, Key, Occluder, OccluderError,
+    Camera, Culler, Dense, Depth, Detail, Key, Occluder, OccluderError, ViewState,
     glam::{DMat4, Vec3},
     math::Ray,
     view::{Projection, View},
@@ -104,4 +104,92 @@ fn several_threads_ask_one_culler() {
     }
     asked(&mut Culler::<u64>::new(), [1 << 60, 7]);
     asked(&mut Culler::<Dense>::new(), [Dense(1), Dense(0)]);
+}
+
+/// Looks along -z from the origin, 90 degrees wide, without a far plane.
+fn ahead() -> Camera {
+    let clip = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.1, 0.0_f32];
+    Camera::from_matrix(clip, Depth::OneToZero).expect("a camera")
+}
+
+#[test]
+fn an_object_that_is_everywhere_is_drawn_by_every_camera_on_its_layers_and_found_by_queries() {
+    let mut culler = Culler::<u64>::new();
+    let (sky, fog, thing) = (1, 2, 3);
+    let behind = [[-1.0_f32, -1.0, 8.0], [1.0, 1.0, 9.0]];
+    culler.set_everywhere(sky);
+    culler.set(fog, behind);
+    culler.commit();
+    culler.set_everywhere(fog);
+    culler.set(thing, behind);
+    culler.set_layers(fog, 2);
+    let cameras = [ahead(), ahead().on_layers(1), ahead().on_layers(2).hide_by_occluders()];
+    let drawn = |culler: &mut Culler<u64>| {
+        let frame = culler.cull(&cameras);
+        let keys = |i: usize| {
+            let mut keys: Vec<_> = frame[i].iter().collect();
+            assert!(keys.iter().all(|&key| frame[i].contains(key) && frame[i].is_in_view(key)));
+            keys.sort_unstable();
+            keys
+        };
+        [keys(0), keys(1), keys(2)]
+    };
+    assert_eq!(drawn(&mut culler), [vec![1, 2], vec![1], vec![2]]);
+    assert_eq!((culler.len(), culler.iter().count()), (3, 3));
+    assert!(culler.in_box([[0.0_f32, 8.5, 0.0], [1.0, 8.5, 1.0]]).eq([sky, fog]));
+    assert!(culler.in_sphere([0.0_f32, -7.0, 0.0], 0.5).eq([sky, fog]));
+    assert!(culler.nearest([0.0_f32; 3], 3).eq([(sky, 0.0), (fog, 0.0), (thing, 8.0)]));
+    let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+    assert!(culler.on_ray(ray, 20.0).eq([(sky, 0.0), (fog, 0.0), (thing, 8.0)]));
+    assert_eq!(culler.pick(ray, |key, _| (key != sky).then_some(key as f32)), Some((fog, 2.0)));
+    // One ends, and another begins; a number that was everywhere is not another object's.
+    culler.set(sky, behind);
+    culler.set_everywhere(thing);
+    assert_eq!(drawn(&mut culler), [vec![2, 3], vec![3], vec![2]]);
+    culler.remove(fog);
+    culler.set(9, [[-1.0_f32, -1.0, -9.0], [1.0, 1.0, -8.0]]);
+    assert_eq!(drawn(&mut culler), [vec![3, 9], vec![3, 9], vec![]]);
+    let mut other = Culler::new();
+    other.set(3, behind);
+    other.append(culler.clone());
+    assert_eq!((drawn(&mut other), other.len()), (drawn(&mut culler), 3));
+    culler.clear();
+    assert_eq!((drawn(&mut culler), culler.len()), ([vec![], vec![], vec![]], 0));
+}
+
+#[test]
+fn distance_and_size_choose_what_is_drawn_in_which_level_and_a_margin_keeps_it() {
+    let mut culler = Culler::<Dense>::new();
+    let at = |distance_m: f32| [[-1.0, -1.0, -distance_m - 2.0], [1.0, 1.0, -distance_m]];
+    culler.set_detail(Dense(0), Detail::default().levels(&[10.0, 20.0]).within(50.0).margin(0.1));
+    culler.set_detail(Dense(1), Detail::default().beyond(10.0));
+    // At 100 m, the sphere is as high as 3.46 / 200 of the screen.
+    culler.set_detail(Dense(2), Detail::default().at_least(0.0175));
+    let mut state = ViewState::default();
+    let mut levels = |culler: &mut Culler<Dense>, distance_m: f32| {
+        (0..4).for_each(|i| culler.set(Dense(i), at(distance_m)));
+        culler.commit();
+        let seen = culler.cull_view(&ahead(), &mut state);
+        assert_eq!((seen.hidden(), seen.len()), (0, seen.levels().count()));
+        let level_of = |i| seen.levels().find(|(key, _)| *key == Dense(i)).map(|(_, level)| level);
+        (0..4).for_each(|i| assert_eq!(seen.contains(Dense(i)), level_of(i).is_some()));
+        assert_eq!(level_of(3), Some(0), "an object without settings is drawn");
+        [level_of(0), level_of(1), level_of(2)]
+    };
+    for (distance_m, expected) in [
+        (5.0, [Some(0), None, Some(0)]),
+        (10.5, [Some(0), Some(0), Some(0)]),
+        (11.5, [Some(1), Some(0), Some(0)]),
+        (9.5, [Some(1), None, Some(0)]),
+        (9.0, [Some(0), None, Some(0)]),
+        (30.0, [Some(2), Some(0), Some(0)]),
+        (54.0, [Some(2), Some(0), Some(0)]),
+        (56.0, [None, Some(0), Some(0)]),
+        (54.0, [None, Some(0), Some(0)]),
+        (98.0, [None, Some(0), Some(0)]),
+        (100.0, [None, Some(0), None]),
+        (49.0, [Some(2), Some(0), Some(0)]),
+    ] {
+        assert_eq!(levels(&mut culler, distance_m), expected, "{distance_m}");
+    }
 }

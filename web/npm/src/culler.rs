@@ -21,7 +21,7 @@ const CHANGE_BYTES: usize = 400;
 const LIST_BYTES: usize = 160;
 
 /// Largest number of bytes per object in the result for a camera.
-const SEEN_BYTES: usize = 4;
+const SEEN_BYTES: usize = 12;
 
 /// Memory for a polygon of an occluder.
 const POLYGON_BYTES: usize = 1024;

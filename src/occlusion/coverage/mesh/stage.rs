@@ -71,7 +71,6 @@ pub struct OcclusionReport {
 }
 
 impl OcclusionReport {
-    /// Adds what the depth buffer of a camera did.
     pub(crate) fn add(&mut self, view: &Self) {
         self.considered += view.considered;
         self.drawn += view.drawn;
@@ -80,6 +79,8 @@ impl OcclusionReport {
         self.over_budget += view.over_budget;
         self.triangles += view.triangles;
         self.work += view.work;
+        self.unsupported += view.unsupported;
+        self.unseen += view.unseen;
     }
 }
 
