@@ -33,7 +33,8 @@ pub trait Key: Copy {
 pub struct Dense(pub u32);
 
 /// The name that a culler gives to an object: a slot and a generation. Calls with a handle need no map. After the object
-/// has been removed, its handle names nothing, and never another object of the culler.
+/// has been removed, its handle names nothing, and never another object of the culler. An empty culler that takes over
+/// another one ([`Culler::append`](super::Culler::append)) takes over the other's handles: use none of its own from before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Handle {
     slot: u32,
