@@ -7,7 +7,7 @@ use clap::{Args, builder::TypedValueParser};
 
 use super::{numbers, parsers::named};
 use osp::occlusion::{NodeTest, Score};
-use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings, Rebuild};
+use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings, REBUILDS};
 
 /// Settings of the structures.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -114,15 +114,15 @@ pub(super) struct RebuildArgs {
     /// When octree-rebuild builds its tree: once a `frame` with changes; for each `insert`, as in the paper; on another
     /// `thread`; in every `nth` (16th) frame [default: frame]. The last two test the polygons that the tree lacks in a list.
     /// Several values, separated by commas, are several indexes.
-    #[arg(long, value_name = "WHEN", value_delimiter = ',', value_parser = named(&Rebuild::ALL, Rebuild::name))]
-    rebuild: Vec<Rebuild>,
+    #[arg(long, value_name = "WHEN", value_delimiter = ',', value_parser = named(&REBUILDS, |when| when.0))]
+    rebuild: Vec<(&'static str, IndexKind)>,
 }
 
 impl RebuildArgs {
     /// Returns the indexes, with those of --rebuild in place of octree-rebuild.
     pub(super) fn expand<T: Copy + PartialEq>(&self, indexes: &[T], of: fn(IndexKind) -> T) -> Vec<T> {
         let expanded = |&index: &T| match index == of(IndexKind::OctreeRebuild) && !self.rebuild.is_empty() {
-            true => self.rebuild.iter().map(|when| of(when.kind())).collect(),
+            true => self.rebuild.iter().map(|(_, kind)| of(*kind)).collect(),
             false => vec![index],
         };
         indexes.iter().flat_map(expanded).collect()

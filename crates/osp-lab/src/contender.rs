@@ -1,7 +1,7 @@
 use osp::index::{IndexConfig, SpatialIndex};
 #[cfg(feature = "peers")]
 use osp_rivals::PeerKind;
-use osp_rivals::{IndexKind, Rebuild};
+use osp_rivals::{IndexKind, REBUILDS};
 
 /// A structure to measure: one of this project, or (with the feature `peers`) one of another crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl Contender {
 
     /// All but the octree that is rebuilt at other times: for each insert it takes too long, and a thread disturbs the others.
     pub fn usual() -> Vec<Self> {
-        let is_other = |kind: &Self| Rebuild::ALL[1..].iter().any(|when| *kind == Self::Own(when.kind()));
+        let is_other = |kind: &Self| REBUILDS[1..].iter().any(|(_, other)| *kind == Self::Own(*other));
         Self::all().into_iter().filter(|kind| !is_other(kind)).collect()
     }
 

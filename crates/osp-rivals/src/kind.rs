@@ -204,34 +204,10 @@ impl IndexKind {
     }
 }
 
-/// When `octree-rebuild` builds its tree again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rebuild {
-    Frame,
-    Insert,
-    Thread,
-    Nth,
-}
-
-impl Rebuild {
-    pub const ALL: [Self; 4] = [Self::Frame, Self::Insert, Self::Thread, Self::Nth];
-
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Frame => "frame",
-            Self::Insert => "insert",
-            Self::Thread => "thread",
-            Self::Nth => "nth",
-        }
-    }
-
-    pub fn kind(self) -> IndexKind {
-        match self {
-            Self::Frame => IndexKind::OctreeRebuild,
-            Self::Insert => IndexKind::OctreeRebuildInsert,
-            Self::Thread => IndexKind::OctreeRebuildThread,
-            Self::Nth => IndexKind::OctreeRebuildNth,
-        }
-    }
-}
+/// When `octree-rebuild` builds its tree again, by the name on the command line: the index that does.
+pub const REBUILDS: [(&str, IndexKind); 4] = [
+    ("frame", IndexKind::OctreeRebuild),
+    ("insert", IndexKind::OctreeRebuildInsert),
+    ("thread", IndexKind::OctreeRebuildThread),
+    ("nth", IndexKind::OctreeRebuildNth),
+];

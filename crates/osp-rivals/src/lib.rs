@@ -44,7 +44,7 @@ pub use brute_simd::BruteSimd;
 pub use bsp::{Bsp, BspConfig, BspCounts, BspNode};
 pub use bvh::{BvhTwoLevel, TwoLevelConfig};
 pub use dynamic_bvh::DynamicBvh;
-pub use kind::{IndexKind, Rebuild};
+pub use kind::{IndexKind, REBUILDS};
 pub use loose_octree::LooseOctree;
 pub use occlusion::RivalOcclusion;
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
