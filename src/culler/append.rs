@@ -79,9 +79,11 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
             }
             self.set_occluder(key, occluder.clone());
         }
-        for (slot, &at) in other.detail_of.iter() {
+        let mut details: Vec<_> = other.details.iter().collect();
+        details.sort_unstable_by_key(|&(slot, _)| *slot);
+        for (&slot, &detail) in details {
             if let Some(key) = other.keys.key_in(slot) {
-                self.set_detail(key, other.details[at as usize]);
+                self.set_detail(key, detail);
             }
         }
         for (slot, &layers) in other.layers.iter() {

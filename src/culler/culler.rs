@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::{
     camera::Camera,
     detail::Detail,
-    hiding::Hiding,
+    hiding::{Hiding, OccludedView},
     keys::{Handle, Key, Places, Slot},
     layers::Layers,
     objects::Objects,
@@ -23,14 +23,11 @@ use crate::{
     key_hasher::KeyHasher,
     math::{Aabb, Frustum},
     occlusion::{Columns, OcclusionReport, moved},
-    polygon::{ById, PolygonId, VisibleBlocks},
+    polygon::{PolygonId, VisibleBlocks},
 };
 
 /// Largest number of refusals that are stored from one frame to the next.
 const MOST_REFUSED: usize = 4096;
-
-/// Stands for an object without a [`Detail`].
-pub(super) const NO_DETAIL: u32 = u32::MAX;
 
 /// The reason why a culler skipped an object or its occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -65,9 +62,8 @@ pub struct Culler<K: Key, S: BuildHasher = FastHash> {
     pub(super) keys: K::Places<S>,
     pub(super) objects: Objects,
     pub(super) layers: Layers,
-    /// Each object's index in `details`, or [`NO_DETAIL`].
-    pub(super) detail_of: ById<u32>,
-    pub(super) details: Vec<Detail>,
+    /// The objects that have a [`Detail`].
+    pub(super) details: HashMap<Slot, Detail, BuildHasherDefault<KeyHasher>>,
     /// The objects that have been moved by a transform.
     pub(super) placements: HashMap<Slot, Placement, BuildHasherDefault<KeyHasher>>,
     /// The occluders; `None` until the first occluder is set.
@@ -89,7 +85,7 @@ pub struct Culler<K: Key, S: BuildHasher = FastHash> {
     /// Working memory for several cameras.
     found: Vec<VisibleBlocks>,
     /// For [`Culler::are_hidden`].
-    asked: ViewState,
+    asked: Option<Box<OccludedView>>,
 }
 
 /// An object's box in its own space, and its place.
@@ -115,7 +111,6 @@ where
             keys: self.keys.clone(),
             objects: self.objects.clone(),
             layers: self.layers.clone(),
-            detail_of: self.detail_of.clone(),
             details: self.details.clone(),
             placements: self.placements.clone(),
             hiding: self.hiding.clone(),
@@ -128,7 +123,7 @@ where
             cameras: 0,
             frusta: Vec::new(),
             found: Vec::new(),
-            asked: ViewState::default(),
+            asked: None,
         }
     }
 }
@@ -155,8 +150,7 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
             keys: K::Places::new(hasher),
             objects: Objects::new(),
             layers: Layers::default(),
-            detail_of: ById::new(NO_DETAIL),
-            details: Vec::new(),
+            details: HashMap::default(),
             placements: HashMap::default(),
             hiding: None,
             refused: Vec::new(),
@@ -168,7 +162,7 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
             cameras: 0,
             frusta: Vec::new(),
             found: Vec::new(),
-            asked: ViewState::default(),
+            asked: None,
         }
     }
 
@@ -350,13 +344,7 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
         self.keys.take(key);
         self.placements.remove(&slot);
         self.layers.forget(slot);
-        self.forget_detail(slot);
-    }
-
-    fn forget_detail(&mut self, slot: Slot) {
-        if !self.details.is_empty() {
-            self.detail_of.set(slot, NO_DETAIL);
-        }
+        self.details.remove(&slot);
     }
 
     /// Does the same as [`Culler::remove`] for each key.
@@ -407,7 +395,6 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
         self.keys.clear();
         self.layers = Layers::default();
         self.placements.clear();
-        self.detail_of.clear();
         self.details.clear();
         if let Some(hiding) = &mut self.hiding {
             let budget = hiding.budget;
@@ -439,19 +426,16 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
     }
 
     /// Sets from which distance and at which size cameras draw an object, and in which level of detail
-    /// ([`Seen::levels`]). The default draws it at every distance.
+    /// ([`Seen::levels`]). The default draws it at every distance. While an object with an occluder has a limit, cameras use
+    /// no occluders, because objects behind one that is not drawn would be missing.
     pub fn set_detail(&mut self, key: K, detail: Detail) {
         let Some(slot) = self.slot(key) else { return };
         self.is_changed = true;
-        let at = match self.details.iter().position(|of| *of == detail) {
-            _ if detail == Detail::default() => NO_DETAIL,
-            Some(at) => at as u32,
-            None => {
-                self.details.push(detail);
-                self.details.len() as u32 - 1
-            }
-        };
-        self.detail_of.set(slot, at);
+        if detail == Detail::default() {
+            self.details.remove(&slot);
+        } else {
+            self.details.insert(slot, detail);
+        }
     }
 
     /// Number of objects in the culler with an accepted box.
@@ -548,15 +532,18 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
         let boxes: Vec<_> = boxes.iter().map(|&[min, max]| Aabb::new(corner(min), corner(max))).collect();
         let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum_within(|| *bounds).may_see(bounds);
         let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
+        let mut asked = std::mem::take(&mut self.asked);
         if let (Some(hiding), Some(window)) = (&self.hiding, camera.hiding_window()) {
+            let mask = camera.layers();
             hiding.mark_hidden(
-                (&self.layers, camera.layers()),
+                (!self.draws_all(mask)).then_some(&|slot| self.draws(slot, mask)),
                 (window, camera.frustum()),
-                &mut self.asked.occluders,
+                &mut asked,
                 &boxes,
                 &mut hidden,
             );
         }
+        self.asked = asked;
         hidden
     }
 

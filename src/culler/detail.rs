@@ -78,6 +78,11 @@ impl Detail {
         Self { margin: part.max(0.0), ..self }
     }
 
+    /// Whether there are distances or sizes at which the object is not drawn.
+    pub(super) fn is_limited(&self) -> bool {
+        self.near_m > 0.0 || self.far_m < f32::INFINITY || self.least_size > 0.0
+    }
+
     /// The level in which a camera draws a box; `None` if it does not. `last` is the level of the last frame. A NaN in a
     /// setting draws the object.
     pub(super) fn level(&self, eye: &Eye, bounds: &Aabb, last: Option<u8>) -> Option<u8> {

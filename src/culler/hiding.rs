@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::{keys::Slot, layers::Layers, objects::Objects, occluder::Occluder};
+use super::{keys::Slot, objects::Objects, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
@@ -163,19 +163,19 @@ impl Hiding {
         self.meshes.tighten();
     }
 
-    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If the
-    /// camera's layers exclude an object with an occluder, no occluder is used. Otherwise objects behind this undrawn
-    /// occluder would be missing.
+    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If `draws` is
+    /// false for an object with an occluder, no occluder is used. Otherwise objects behind this undrawn occluder would be
+    /// missing.
     pub(super) fn cull(
         &self,
         objects: &Objects,
-        (layers, mask): (&Layers, u32),
+        draws: Option<&dyn Fn(Slot) -> bool>,
         (window, frustum): (&ViewWindow, &Frustum),
         view: &mut Option<Box<OccludedView>>,
         (in_view, drawn): (&VisibleBlocks, &mut VisibleBlocks),
         report: &mut OcclusionReport,
     ) -> bool {
-        if !self.sees_all(layers, mask) {
+        if draws.is_some_and(|draws| !self.of_object.keys().all(|&slot| draws(slot))) {
             report.unseen += 1;
             return false;
         }
@@ -190,11 +190,6 @@ impl Hiding {
         }
         remove_hidden(culler, CullConfig::default(), objects.index(), objects, frustum, in_view, None, drawn);
         true
-    }
-
-    /// Whether a camera on these layers sees all objects that have an occluder.
-    fn sees_all(&self, layers: &Layers, mask: u32) -> bool {
-        layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask))
     }
 
     /// Selects occluders for a view, and builds its culler; `None` without occluders.
@@ -222,13 +217,13 @@ impl Hiding {
     /// Sets `hidden` for the boxes that the view's occluders hide.
     pub(super) fn mark_hidden(
         &self,
-        (layers, mask): (&Layers, u32),
+        draws: Option<&dyn Fn(Slot) -> bool>,
         (window, frustum): (&ViewWindow, &Frustum),
         view: &mut Option<Box<OccludedView>>,
         boxes: &[Aabb],
         hidden: &mut [bool],
     ) {
-        if !self.sees_all(layers, mask) {
+        if draws.is_some_and(|draws| !self.of_object.keys().all(|&slot| draws(slot))) {
             return;
         }
         let Some(culler) = self.build(view, window, frustum) else { return };

@@ -2,8 +2,8 @@ use std::{fmt, hash::BuildHasher, ops::Index, sync::Arc};
 
 use super::{
     camera::Camera,
-    culler::{Culler, NO_DETAIL},
-    detail::Eye,
+    culler::Culler,
+    detail::{Detail, Eye},
     hiding::{OccludedView, hides_box},
     keys::{Key, Places, Slot},
 };
@@ -122,8 +122,14 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
             }
             let ViewState { found, drawn, occluders, report, .. } = state;
             let view = (window, camera.frustum());
-            state.is_occluded =
-                hiding.cull(&self.objects, (&self.layers, mask), view, occluders, (found, drawn), report);
+            state.is_occluded = hiding.cull(
+                &self.objects,
+                (!self.draws_all(mask)).then_some(&|slot| self.draws(slot, mask)),
+                view,
+                occluders,
+                (found, drawn),
+                report,
+            );
             let set = if state.is_occluded { &state.drawn } else { &state.found };
             Backend::detect().run(ListIds { set, list: &mut state.list });
         } else if is_found {
@@ -153,16 +159,26 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
 }
 
 impl<K: Key, S: BuildHasher> Culler<K, S> {
+    /// Whether a camera on these layers draws every object that is in view.
+    pub(super) fn draws_all(&self, mask: u32) -> bool {
+        self.layers.sees_all(mask) && self.details.is_empty()
+    }
+
+    /// Whether a camera on these layers draws the object in a slot at every distance, if it is in view.
+    pub(super) fn draws(&self, slot: Slot, mask: u32) -> bool {
+        self.layers.sees(slot, mask) && !self.details.get(&slot).is_some_and(Detail::is_limited)
+    }
+
     /// Removes the objects of a result that are too far or too small, and chooses the level of detail of the others.
     fn choose_levels(&self, eye: &Eye, state: &mut ViewState) {
         let ViewState { list, levels, last, in_view, .. } = state;
         let before = list.len();
         list.retain(|&number| {
             let slot = self.keys.slot_of(number);
-            let level = match (self.detail_of.get(slot), self.objects.get(number)) {
-                (NO_DETAIL, _) | (_, None) => Some(0),
-                (at, Some(bounds)) => {
-                    let level = self.details[at as usize].level(eye, &bounds, last.get(slot).checked_sub(1));
+            let level = match (self.details.get(&slot), self.objects.get(number)) {
+                (None, _) | (_, None) => Some(0),
+                (Some(detail), Some(bounds)) => {
+                    let level = detail.level(eye, &bounds, last.get(slot).checked_sub(1));
                     last.set(slot, level.map_or(0, |level| level + 1));
                     level
                 }
@@ -334,7 +350,7 @@ impl<'a, K: Key, S: BuildHasher> Seen<'a, K, S> {
         let bounds = self.culler.objects.get(number);
         bounds.is_some_and(|bounds| !bounds.is_valid() || self.state.frustum.may_see(&bounds))
             && self.culler.layers.sees(slot, self.state.layers)
-            && (self.culler.detail_of.get(slot) == NO_DETAIL || self.state.last.get(slot) > 0)
+            && (!self.culler.details.contains_key(&slot) || self.state.last.get(slot) > 0)
     }
 
     /// The culler of a camera that hides by occluders; `None` if no occluder is in view.

@@ -193,3 +193,30 @@ fn distance_and_size_choose_what_is_drawn_in_which_level_and_a_margin_keeps_it()
         assert_eq!(levels(&mut culler, distance_m), expected, "{distance_m}");
     }
 }
+
+#[test]
+fn an_occluder_that_may_not_be_drawn_hides_nothing() {
+    let mut culler = Culler::<Dense>::new();
+    let wall =
+        Occluder::quad([[-9.0_f32, -9.0, -5.0], [9.0, -9.0, -5.0], [9.0, 9.0, -5.0], [-9.0, 9.0, -5.0]])
+            .unwrap();
+    culler.set(Dense(0), [[-9.0_f32, -9.0, -5.1], [9.0, 9.0, -5.0]]);
+    culler.set(Dense(1), [[-1.0_f32, -1.0, -20.0], [1.0, 1.0, -19.0]]);
+    culler.set_occluder(Dense(0), wall);
+    let camera = ahead().hide_by_occluders();
+    let behind = [[-1.0_f32, -1.0, -9.0], [1.0, 1.0, -8.0]];
+    let mut sees = |detail: Detail| {
+        culler.set_detail(Dense(0), detail);
+        let is_hidden = culler.are_hidden(&camera, &[behind]) == [true];
+        let is_drawn = culler.cull(&[camera])[0].contains(Dense(1));
+        assert_ne!(is_hidden, is_drawn);
+        is_drawn
+    };
+    assert!(!sees(Detail::default()) && !sees(Detail::default().levels(&[1.0])));
+    for limited in
+        [Detail::default().within(4.0), Detail::default().beyond(9.0), Detail::default().at_least(9.0)]
+    {
+        assert!(sees(limited), "{limited:?}");
+    }
+    assert!(!sees(Detail::default()));
+}

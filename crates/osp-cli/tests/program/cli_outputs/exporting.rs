@@ -135,7 +135,11 @@ fn a_static_model_has_one_part_a_material() {
             serde_json::from_str(&OSP.at(&folder).done(["info", name, "--json"])).expect("JSON");
         serde_json::from_value(info["bounds_m"].clone()).expect("two corners")
     };
-    let (again, before) = (bounds("static.glb").concat(), bounds("layers.glb").concat());
+    // Without ink, whose picture is cut out of its polygons.
+    fs::write(folder.path().join("b.ron"), painted(&brushes[..4])).expect("written");
+    OSP.at(&folder).done(["export", "b.ron", "b.glb"]);
+    OSP.at(&folder).done(["export", "b.ron", "b-static.glb", "--static"]);
+    let (again, before) = (bounds("b-static.glb").concat(), bounds("b.glb").concat());
     assert!(again.iter().zip(&before).all(|(a, b)| (a - b).abs() < 5.0e-4), "{again:?} {before:?}");
     if !cfg!(feature = "render") {
         let said = OSP.at(&folder).refused(["export", "a.ron", "web.glb", "--compress"]);
@@ -144,7 +148,8 @@ fn a_static_model_has_one_part_a_material() {
     }
     OSP.at(&folder).done(["export", "a.ron", "web.glb", "--compress"]);
     assert!(bytes("web.glb") * 3 < bytes("static.glb") * 2);
-    let packed = bounds("web.glb").concat();
+    OSP.at(&folder).done(["export", "b.ron", "b-web.glb", "--compress"]);
+    let packed = bounds("b-web.glb").concat();
     assert!(packed.iter().zip(&before).all(|(a, b)| (a - b).abs() < 5.0e-4), "{packed:?} {before:?}");
 }
 
