@@ -93,7 +93,10 @@ fn both_orders_find_what_the_index_finds_and_count_their_work() {
                 assert_eq!(found["found"], plain["found"], "{order} {}", kind.name());
                 let work = &found["work"];
                 assert!(work["boxes"].as_u64() >= found["polygons_asked"].as_u64(), "{found}");
-                *boxes += work["boxes"].as_u64().expect("boxes");
+                // How much of this one is in its list depends on when the thread has built the tree.
+                if *kind != osp_rivals::IndexKind::OctreeRebuildThread {
+                    *boxes += work["boxes"].as_u64().expect("boxes");
+                }
             }
         }
     }
