@@ -144,7 +144,7 @@ impl BenchArgs {
 fn contender_parser() -> impl TypedValueParser<Value = Contender> {
     let own = IndexKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(own.chain(Contender::PEERS)).try_map(|name| {
-        let lacking = || Lacking(&[Feature::PEERS]).to_string();
+        let lacking = || Lacking(&[Feature::Peers]).to_string();
         Contender::from_name(&name).ok_or_else(lacking)
     })
 }

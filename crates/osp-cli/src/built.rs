@@ -6,20 +6,39 @@ use std::fmt;
 use anyhow::bail;
 use clap::{ArgMatches, parser::ValueSource};
 
-/// A feature of the crate that commands or options need: its name in Cargo.toml, and whether this build has it.
+/// A feature of the crate that commands or options need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Feature(&'static str, bool);
+pub(super) enum Feature {
+    Bench,
+    Live,
+    Peers,
+    Render,
+    Window,
+}
 
 impl Feature {
-    const ALL: [Self; 5] = [Self::BENCH, Self::LIVE, Self::PEERS, Self::RENDER, Self::WINDOW];
-    pub(super) const BENCH: Self = Self("bench", cfg!(feature = "bench"));
-    const LIVE: Self = Self("live", cfg!(feature = "live"));
-    pub(super) const PEERS: Self = Self("peers", cfg!(feature = "peers"));
-    pub(super) const RENDER: Self = Self("render", cfg!(feature = "render"));
-    pub(super) const WINDOW: Self = Self("window", cfg!(feature = "window"));
+    const ALL: [Self; 5] = [Self::Bench, Self::Live, Self::Peers, Self::Render, Self::Window];
 
+    /// Returns the feature's name in Cargo.toml.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Bench => "bench",
+            Self::Live => "live",
+            Self::Peers => "peers",
+            Self::Render => "render",
+            Self::Window => "window",
+        }
+    }
+
+    /// Whether this build has the feature.
     pub(super) const fn is_built(self) -> bool {
-        self.1
+        match self {
+            Self::Bench => cfg!(feature = "bench"),
+            Self::Live => cfg!(feature = "live"),
+            Self::Peers => cfg!(feature = "peers"),
+            Self::Render => cfg!(feature = "render"),
+            Self::Window => cfg!(feature = "window"),
+        }
     }
 }
 
@@ -35,11 +54,11 @@ pub(super) struct Lacking<'a>(pub(super) &'a [Feature]);
 impl fmt::Display for Lacking<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_wanted = |feature: &Feature| self.0.contains(feature) || feature.is_built();
-        let has_window = is_wanted(&Feature::WINDOW);
-        let is_within = |feature: &Feature| *feature == Feature::RENDER && has_window;
+        let has_window = is_wanted(&Feature::Window);
+        let is_within = |feature: &Feature| *feature == Feature::Render && has_window;
         let all = Feature::ALL.iter().filter(|feature| is_wanted(feature) && !is_within(feature));
-        let all: Vec<_> = all.map(|feature| feature.0).collect();
-        let names: Vec<_> = self.0.iter().map(|feature| format!("`{}`", feature.0)).collect();
+        let all: Vec<_> = all.map(|feature| feature.name()).collect();
+        let names: Vec<_> = self.0.iter().map(|feature| format!("`{}`", feature.name())).collect();
         write!(
             f,
             "needs a build with {} {}, which this one lacks: cargo install --path crates/osp-cli --features {}",
@@ -53,24 +72,24 @@ impl fmt::Display for Lacking<'_> {
 /// Commands and options that need a feature: the names of the command, then the names of the options. Without options,
 /// the command and its subcommands need it.
 const NEEDS: &[(&[&str], &[&str], Feature)] = &[
-    (&["replay"], &["window", "paused", "trace"], Feature::WINDOW),
-    (&["bench"], &[], Feature::BENCH),
-    (&["draw-index"], &[], Feature::BENCH),
-    (&["draw-insertion"], &[], Feature::BENCH),
-    (&["draw-occlusion"], &[], Feature::BENCH),
-    (&["race"], &[], Feature::BENCH),
-    (&["replay"], &["chart"], Feature::BENCH),
-    (&["replay"], &["draw"], Feature::RENDER),
-    (&["render"], &[], Feature::RENDER),
-    (&["film"], &[], Feature::RENDER),
-    (&["thumbs"], &[], Feature::RENDER),
-    (&["export"], &["compress"], Feature::RENDER),
-    (&["convert"], &["compress"], Feature::RENDER),
-    (&["rig", "monitors"], &[], Feature::WINDOW),
-    (&["sketch"], &[], Feature::WINDOW),
-    (&["sketch"], &["join", "name", "credentials", "unencrypted"], Feature::LIVE),
-    (&["send"], &[], Feature::WINDOW),
-    (&["join"], &[], Feature::LIVE),
+    (&["replay"], &["window", "paused", "trace"], Feature::Window),
+    (&["bench"], &[], Feature::Bench),
+    (&["draw-index"], &[], Feature::Bench),
+    (&["draw-insertion"], &[], Feature::Bench),
+    (&["draw-occlusion"], &[], Feature::Bench),
+    (&["race"], &[], Feature::Bench),
+    (&["replay"], &["chart"], Feature::Bench),
+    (&["replay"], &["draw"], Feature::Render),
+    (&["render"], &[], Feature::Render),
+    (&["film"], &[], Feature::Render),
+    (&["thumbs"], &[], Feature::Render),
+    (&["export"], &["compress"], Feature::Render),
+    (&["convert"], &["compress"], Feature::Render),
+    (&["rig", "monitors"], &[], Feature::Window),
+    (&["sketch"], &[], Feature::Window),
+    (&["sketch"], &["join", "name", "credentials", "unencrypted"], Feature::Live),
+    (&["send"], &[], Feature::Window),
+    (&["join"], &[], Feature::Live),
 ];
 
 /// Returns the parts of a command that this build lacks: the entries of [`NEEDS`] for it and for the commands above it.

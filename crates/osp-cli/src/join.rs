@@ -315,24 +315,3 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
     }
     text
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use osp_session::recording::Author;
-
-    #[test]
-    fn who_cannot_draw_is_told_why_and_what_to_do() {
-        let address: Address = "nats://localhost/house".parse().expect("an address");
-        let said =
-            |connection, author| refusal(&address, &Status { connection, author, ..Status::default() });
-        for (connection, author, words) in [
-            (Connection::Crowded, None, "has not joined nats://localhost:4222/house: too many have joined"),
-            (Connection::Full, None, "nobody can join it: watch it with --watch"),
-            (Connection::Full, Some(Author(1)), "accepts no more events: continue in a session"),
-        ] {
-            assert!(said(connection, author).is_some_and(|said| said.contains(words)), "{words}");
-        }
-        assert_eq!(said(Connection::Silent, None), None);
-    }
-}

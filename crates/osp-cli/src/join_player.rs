@@ -11,7 +11,7 @@ use anyhow::{Context, ensure};
 
 use super::{reading::ReadArgs, session::OpenSession};
 use osp_net::live::{Hand, ME};
-use osp_session::recording::{AUTHORS_FORMAT, Author, Event, Pace, Pacer, RecordingError};
+use osp_session::recording::{AUTHORS_FORMAT, Author, Event, GroupId, Pace, Pacer, RecordingError, StrokeId};
 
 /// Largest number of this member's events that are not in the session yet. Above this number, playing pauses.
 const MOST_PENDING: usize = 1 << 16;
@@ -100,30 +100,58 @@ pub(super) fn play(mut playing: Playing, hand: &Hand, is_over: impl Fn() -> bool
 /// This author's numbers for the strokes and groups of a recording.
 #[derive(Debug, Default)]
 struct Numbers {
-    strokes: HashMap<u32, u32>,
-    groups: HashMap<u32, u32>,
+    strokes: HashMap<StrokeId, u32>,
+    groups: HashMap<GroupId, u32>,
 }
 
 impl Numbers {
+    fn stroke(&mut self, id: &mut StrokeId) -> Option<()> {
+        let next = self.strokes.len() as u32;
+        id.0 = ME.number(*self.strokes.entry(*id).or_insert(next))?;
+        Some(())
+    }
+
+    fn group(&mut self, id: &mut GroupId) -> Option<()> {
+        let next = self.groups.len() as u32;
+        id.0 = ME.number(*self.groups.entry(*id).or_insert(next))?;
+        Some(())
+    }
+
     /// Returns an event with this author's numbers, at the time `now`. `Some(None)` for joins and leaves of authors.
     /// `None` if all numbers are in use.
     fn own(&mut self, mut event: Event, now: f64) -> Option<Option<Event>> {
-        if matches!(event, Event::Join { .. } | Event::Leave { .. }) {
-            return Some(None);
+        match &mut event {
+            Event::Join { .. } | Event::Leave { .. } => return Some(None),
+            Event::Head { t, .. }
+            | Event::Undo { t, .. }
+            | Event::Redo { t, .. }
+            | Event::Step { t, .. }
+            | Event::Layer { t, .. }
+            | Event::View { t, .. }
+            | Event::Polygon { t, stroke: None, .. } => *t = now,
+            Event::Begin { t, stroke, .. }
+            | Event::Point { t, stroke, .. }
+            | Event::End { t, stroke }
+            | Event::Erase { t, stroke, .. }
+            | Event::Polygon { t, stroke: Some(stroke), .. } => {
+                *t = now;
+                self.stroke(stroke)?;
+            }
+            Event::Move { t, strokes, .. } | Event::Assign { t, strokes, .. } => {
+                *t = now;
+                strokes.iter_mut().try_for_each(|stroke| self.stroke(stroke))?;
+            }
+            Event::Group { t, group, strokes, parent, .. } => {
+                *t = now;
+                self.group(group)?;
+                strokes.iter_mut().try_for_each(|stroke| self.stroke(stroke))?;
+                parent.iter_mut().try_for_each(|group| self.group(group))?;
+            }
+            Event::Place { t, group, .. } => {
+                *t = now;
+                self.group(group)?;
+            }
         }
-        *event.time_mut() = now;
-        let Self { strokes, groups } = self;
-        let [mut has_stroke, mut has_group] = [true; 2];
-        event.renumber(&mut |id| has_stroke &= renumber(&mut id.0, strokes), &mut |id| {
-            has_group &= renumber(&mut id.0, groups);
-        });
-        (has_stroke && has_group).then_some(Some(event))
+        Some(Some(event))
     }
-}
-
-/// Replaces a number by this author's. Returns whether the author has one.
-fn renumber(number: &mut u32, known: &mut HashMap<u32, u32>) -> bool {
-    let next = known.len() as u32;
-    let own = ME.number(*known.entry(*number).or_insert(next));
-    own.map(|own| *number = own).is_some()
 }

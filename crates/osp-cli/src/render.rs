@@ -80,27 +80,46 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         RenderCamera::Own | RenderCamera::Whole if fixed.is_none() => main_bounds(model, &summary.bounds),
         _ => summary.bounds,
     };
-    let background = args.shown.background;
-    let new_drawer = || -> anyhow::Result<Offscreen> {
-        let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
-        drawer.renderer.set_environment(environment.as_deref());
-        drawer.renderer.set_time(args.shown.time);
-        drawer.renderer.set_colors(args.colors());
-        if let Some(background) = background {
-            background.apply(&mut drawer.renderer);
-        }
-        Ok(drawer)
-    };
-    let mut drawer = new_drawer()?;
+    let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
+    drawer.renderer.set_environment(environment.as_deref());
+    drawer.renderer.set_time(args.shown.time);
+    drawer.renderer.set_colors(args.colors());
+    let background = args.shown.background;
+    if let Some(background) = background {
+        background.apply(&mut drawer.renderer);
+    }
     // Uses a second drawer, so that the state of the first drawer cannot hide an error.
-    let by_painter = painter.map(|painter| PainterPictures::new(painter, &gpu, args.size, &config));
-    let mut by_painter = by_painter.transpose()?;
-    let light = (environment.as_deref(), args.shown.time);
-    let orders = named_orders(&args.order);
-    let new_trials = || OrderTrials::new(orders, args.repeats.into(), &gpu, args.size, &config, light);
-    let mut trials = (!args.order.is_empty()).then(new_trials).transpose()?;
-    let mut uncut = (args.check && args.painter.is_none()).then(new_drawer).transpose()?;
+    let mut by_painter = match painter {
+        Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
+        None => None,
+    };
+    let mut trials = match args.order.is_empty() {
+        true => None,
+        false => {
+            let light = (environment.as_deref(), args.shown.time);
+            Some(OrderTrials::new(
+                named_orders(&args.order),
+                args.repeats.into(),
+                &gpu,
+                args.size,
+                &config,
+                light,
+            )?)
+        }
+    };
+    let mut uncut = match args.check && args.painter.is_none() {
+        true => Some(pictures.drawer(gpu, &config)?),
+        false => None,
+    };
+    if let Some(uncut) = &mut uncut {
+        uncut.renderer.set_environment(environment.as_deref());
+        uncut.renderer.set_time(args.shown.time);
+        uncut.renderer.set_colors(args.colors());
+        if let Some(background) = background {
+            background.apply(&mut uncut.renderer);
+        }
+    }
     let mut rig = rig;
     let wanted = Wanted::new(args, &summary)?;
     if let Some(folder) = &args.to {

@@ -294,9 +294,9 @@ impl PlayArgs {
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
             let name = choice.name();
             let drawn = "culls while drawing: it needs `osp replay --draw`";
-            match Feature::RENDER.is_built() {
+            match Feature::Render.is_built() {
                 true => bail!("--occlusion {name} {drawn}"),
-                false => bail!("--occlusion {name} {drawn}, which {}", Lacking(&[Feature::RENDER])),
+                false => bail!("--occlusion {name} {drawn}, which {}", Lacking(&[Feature::Render])),
             }
         }
         Ok(())

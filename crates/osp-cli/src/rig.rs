@@ -86,7 +86,7 @@ pub(super) fn run(args: &RigCommand) -> anyhow::Result<Outcome> {
         #[cfg(feature = "window")]
         What::Monitors => monitors(),
         #[cfg(not(feature = "window"))]
-        What::Monitors => built::refuse("osp rig monitors", &[Feature::WINDOW]),
+        What::Monitors => built::refuse("osp rig monitors", &[Feature::Window]),
         What::Show { rig, plan, force } => show(rig, plan.as_ref(), *force),
     }
 }
@@ -133,7 +133,7 @@ const FAR_M: f32 = 100.0;
 fn show(name: &str, plan: Option<&PathBuf>, force: ForceArgs) -> anyhow::Result<Outcome> {
     #[cfg(not(feature = "bench"))]
     if plan.is_some() {
-        return built::refuse("osp rig show RIG PLAN", &[Feature::BENCH]);
+        return built::refuse("osp rig show RIG PLAN", &[Feature::Bench]);
     }
     let rig = Rig::open(name)?;
     let mut outputs = force.outputs().reads(&rig_file(name));

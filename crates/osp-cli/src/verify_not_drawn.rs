@@ -18,7 +18,7 @@ pub(super) enum DrawnTrials {}
 impl DrawnTrials {
     pub(super) fn new(methods: &[NamedMethod], _: Size, _: AtRest) -> anyhow::Result<Option<Self>> {
         match methods.iter().find(|method| method.is_drawn()) {
-            Some(method) => built::refuse(format!("--occlusion {}", method.name), &[Feature::RENDER]),
+            Some(method) => built::refuse(format!("--occlusion {}", method.name), &[Feature::Render]),
             None => Ok(None),
         }
     }

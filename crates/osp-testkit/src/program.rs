@@ -11,37 +11,21 @@ use tempfile::TempDir;
 
 use crate::ROOT;
 
-/// A program to test, and the folder in which it runs.
+/// A program to test: `Program(env!("CARGO_BIN_EXE_osp"))`. Methods without a folder run it in the repository.
 #[derive(Clone, Copy, Debug)]
-pub struct Program<'a> {
-    /// The program's file: `env!("CARGO_BIN_EXE_osp")`.
-    pub file: &'static str,
-    folder: &'a str,
-}
+pub struct Program(pub &'static str);
 
-impl Program<'static> {
-    /// Returns the program in the repository.
-    pub const fn new(file: &'static str) -> Self {
-        Self { file, folder: ROOT }
-    }
-}
-
-impl Program<'_> {
-    /// Returns the program in another folder.
-    ///
-    /// # Panics
-    ///
-    /// Panics if the folder's path is not UTF-8.
-    pub fn at<'f, P: AsRef<Path> + ?Sized>(self, folder: &'f P) -> Program<'f> {
-        Program { file: self.file, folder: folder.as_ref().to_str().expect("utf-8") }
-    }
-
-    /// Returns the program with arguments. A replay or study without `--budget` measures every frame, also on a slow
-    /// machine.
-    pub fn command<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Command {
-        let mut command = Command::new(self.file);
+impl Program {
+    /// Returns the program with arguments, in a folder. A replay or study without `--budget` measures every frame, also on a
+    /// slow machine.
+    pub fn command_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Command {
+        let mut command = Command::new(self.0);
         // Some graphics drivers print errors without this variable. Nothing may print them.
-        command.args(args).current_dir(self.folder).env_remove("XDG_RUNTIME_DIR");
+        command.args(args).current_dir(folder).env_remove("XDG_RUNTIME_DIR");
         let given: Vec<&OsStr> = command.get_args().collect();
         let is_measured = given.first().is_some_and(|name| *name == "replay" || *name == "study");
         if is_measured && !given.contains(&OsStr::new("--budget")) {
@@ -50,13 +34,22 @@ impl Program<'_> {
         command
     }
 
-    /// [`Self::command`] on a machine without a display.
-    pub fn without_display<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Command {
-        let mut command = self.command(args);
+    /// [`Self::command_in`] on a machine without a display.
+    pub fn without_display_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Command {
+        let mut command = self.command_in(folder, args);
         for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
             command.env_remove(variable);
         }
         command
+    }
+
+    /// See [`Self::command_in`].
+    pub fn command<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Command {
+        self.command_in(ROOT, args)
     }
 
     /// Returns the exit status and output.
@@ -64,8 +57,17 @@ impl Program<'_> {
     /// # Panics
     ///
     /// Panics if the program does not start.
+    pub fn run_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Output {
+        self.command_in(folder, args).output().expect("the program starts")
+    }
+
+    /// See [`Self::run_in`].
     pub fn run<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Output {
-        self.command(args).output().expect("the program starts")
+        self.run_in(ROOT, args)
     }
 
     /// Returns the output of a successful run.
@@ -73,11 +75,20 @@ impl Program<'_> {
     /// # Panics
     ///
     /// Panics with the error message if the program fails.
-    pub fn done<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
-        let mut command = self.command(args);
+    pub fn done_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> String {
+        let mut command = self.command_in(folder, args);
         let output = command.output().expect("the program starts");
         assert!(output.status.success(), "{command:?}: {}", stderr(&output));
         stdout(&output)
+    }
+
+    /// See [`Self::done_in`].
+    pub fn done<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
+        self.done_in(ROOT, args)
     }
 
     /// Returns the error message of a run that ends with exit code 2.
@@ -85,11 +96,20 @@ impl Program<'_> {
     /// # Panics
     ///
     /// Panics if the program ends in another way.
-    pub fn refused<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
-        let mut command = self.command(args);
+    pub fn refused_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> String {
+        let mut command = self.command_in(folder, args);
         let output = command.output().expect("the program starts");
         assert_eq!(output.status.code(), Some(2), "{command:?}: {}", stderr(&output));
         stderr(&output)
+    }
+
+    /// See [`Self::refused_in`].
+    pub fn refused<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
+        self.refused_in(ROOT, args)
     }
 
     /// Returns the JSON that a successful run prints.
@@ -97,8 +117,17 @@ impl Program<'_> {
     /// # Panics
     ///
     /// Panics if the program fails, and if the output is not one JSON value.
+    pub fn json_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Value {
+        serde_json::from_str(&self.done_in(folder, args)).expect("one JSON value")
+    }
+
+    /// See [`Self::json_in`].
     pub fn json<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Value {
-        serde_json::from_str(&self.done(args)).expect("one JSON value")
+        self.json_in(ROOT, args)
     }
 }
 

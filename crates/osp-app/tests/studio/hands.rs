@@ -1,10 +1,10 @@
-use osp_testkit::{
-    events::{events_in, scene_of},
-    shipped_session,
-};
+use osp_testkit::{events::events_in, shipped_session};
+use std::net::UdpSocket;
 
-use super::tracker::{listen, sender, wait_until};
-use osp_app::tracker::{EventEncoder, Hands, Message, TrackerOptions, osc_packet, parse_line, write_line};
+use super::tracker::wait_until;
+use osp_app::tracker::{
+    EventEncoder, Hands, Message, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, write_line,
+};
 use osp_session::{
     recording::{Event, StrokeId},
     scene::Scene,
@@ -26,7 +26,8 @@ fn line_of(message: &Message) -> String {
 #[test]
 fn a_session_told_and_heard_gives_the_same_strokes() {
     let events = events_in(shipped_session("scribble"));
-    let original = scene_of(&events);
+    let mut original = Scene::new();
+    events.iter().for_each(|event| original.apply(event, &mut Vec::new()));
     let (mut hands, mut heard, mut out) = (Hands::default(), Scene::new(), Vec::new());
     let mut next = 0;
     for message in told(&events) {
@@ -90,8 +91,10 @@ fn malformed_lines_are_refused() {
 
 #[test]
 fn a_socket_counts_what_it_cannot_read_and_lives_on() {
-    let tracker = listen(&TrackerOptions::default());
-    let socket = sender(&tracker);
+    let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
+    let tracker = Tracker::open(&address, &TrackerOptions::default(), || {}).expect("a tracker");
+    let to = tracker.local_address.expect("a port");
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     let mut nested = osc_packet(&Message::Undo);
     // Bundles are nested far deeper than any real ones.
     for _ in 0..1500 {
@@ -109,10 +112,10 @@ fn a_socket_counts_what_it_cannot_read_and_lives_on() {
         &nested,
     ];
     for (number, packet) in packets.iter().enumerate() {
-        socket.send(packet).expect("sent");
+        socket.send_to(packet, to).expect("sent");
         wait_until("a packet", || tracker.counts().malformed > number as u64);
     }
-    socket.send(b"undo\nnonsense\nredo\n").expect("sent");
+    socket.send_to(b"undo\nnonsense\nredo\n", to).expect("sent");
     wait_until("a packet", || tracker.counts().messages == 2);
     assert_eq!(
         (tracker.take(), tracker.take(), tracker.take()),

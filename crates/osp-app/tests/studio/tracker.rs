@@ -169,25 +169,30 @@ fn a_datagram_has_so_many_messages_and_no_more() {
 fn a_stream_without_lines_is_given_up() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("noise.txt");
-    let write = |length| {
-        std::fs::write(&path, format!("undo\n{}\nredo\n", "x".repeat(length))).expect("a file");
-    };
-    write(3 << 20);
+    let mut text = "undo\n".to_owned();
+    text += &"x".repeat(3 << 20);
+    text += "\nredo\n";
+    std::fs::write(&path, text).expect("a file");
     let open = |path: &Path| {
         let address = TrackerAddress::File(path.to_owned());
-        Tracker::open(&address, &TrackerOptions::default(), || {})
+        Tracker::open(&address, &TrackerOptions::default(), || {}).expect("a tracker")
     };
-    let tracker = open(&path).expect("a tracker");
+    let tracker = open(&path);
     wait_until("the end of patience", || tracker.counts().has_given_up);
     assert_eq!((tracker.take(), tracker.take(), tracker.counts().malformed), (Some(Message::Undo), None, 1));
     // A line that is only too long is skipped.
-    write(1 << 19);
-    let tracker = open(&path).expect("a tracker");
+    let mut text = "undo\n".to_owned();
+    text += &"x".repeat(1 << 19);
+    text += "\nredo\n";
+    std::fs::write(&path, text).expect("a file");
+    let tracker = open(&path);
     wait_until("both messages", || tracker.counts().messages == 2);
     assert_eq!((tracker.counts().has_given_up, tracker.counts().malformed), (false, 1));
     // A file without an end is refused at once.
     if cfg!(unix) {
-        let told = open(Path::new("/dev/zero")).expect_err("no file").to_string();
+        let address = TrackerAddress::File("/dev/zero".into());
+        let error = Tracker::open(&address, &TrackerOptions::default(), || {}).expect_err("no file");
+        let told = error.to_string();
         assert!(told.contains("/dev/zero") && told.contains("expected a regular file"), "{told}");
     }
 }

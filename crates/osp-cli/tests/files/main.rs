@@ -7,4 +7,4 @@ mod pvs_file;
 #[global_allocator]
 static COUNTING: osp_testkit::Counting = osp_testkit::Counting;
 
-const OSP: osp_testkit::Program<'static> = osp_testkit::Program::new(env!("CARGO_BIN_EXE_osp"));
+const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

@@ -5,8 +5,11 @@ use std::fs;
 use glam::{UVec3, Vec3};
 use osp::polygon::PolygonId;
 use osp_lab::pvs::{Pvs, PvsError, ViewCells};
-use osp_session::scene::Scene;
-use osp_testkit::events::{SOLE, polygon};
+use osp_session::{
+    recording::{Author, Event},
+    scene::Scene,
+};
+use osp_testkit::events::polygon;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Where the sets begin in a file.
@@ -139,10 +142,19 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
     let (scene, folder) = (model(200, 1.0), Folder::new());
     let bytes = bytes_of(&sets(&scene));
     let mut moved = model(199, 1.0);
-    let corners = [(0.0, 1.0e-6), (1.0, 0.0), (0.0, 1.0)].map(|(y, z)| Vec3::new(199.0, y, z));
-    moved.apply(&polygon(None, corners, (0.5, 0.5, 0.5, 1.0)), &mut Vec::new());
+    let vertices =
+        vec![Vec3::new(199.0, 0.0, 1.0e-6), Vec3::new(199.0, 1.0, 0.0), Vec3::new(199.0, 0.0, 1.0)];
+    let event = Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices,
+        shading: None,
+        color: (0.5, 0.5, 0.5, 1.0),
+    };
+    moved.apply(&event, &mut Vec::new());
     let mut undone = model(200, 1.0);
-    undone.apply(&SOLE.undo(), &mut Vec::new());
+    undone.apply(&Event::Undo { author: Author::SOLE, t: 0.0 }, &mut Vec::new());
     // What is behind glass can be seen: the sets of the opaque model would hide it.
     let glass = model(200, 0.5);
     for (other, what) in [(model(199, 1.0), "fewer"), (moved, "moved"), (undone, "undone"), (glass, "glass")]

@@ -13,10 +13,10 @@ use osp::{
 use osp_lab::{Method, oracle::OracleConfig, verify::visible_polygons};
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{Event, StrokeId},
+    recording::{Author, Event, StrokeId},
     scene::Scene,
 };
-use osp_testkit::events::{SOLE, polygon};
+use osp_testkit::events::SOLE;
 
 const MOST_FRAMES: usize = 4;
 const MOST_POLYGONS: usize = 120;
@@ -145,7 +145,14 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
         .map(|vertices| {
             let opacity = if chance(u, 6) { 0.5 } else { 1.0 };
             let stroke = chance(u, 3).then(|| StrokeId(below(u, 6) as u32));
-            polygon(stroke, vertices, (0.5, 0.5, 0.5, opacity))
+            Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke,
+                vertices,
+                shading: None,
+                color: (0.5, 0.5, 0.5, opacity),
+            }
         })
         .collect();
     if chance(u, 3) {

@@ -7,7 +7,6 @@ use osp::{
     view::{Projection, View},
 };
 use osp_session::recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform};
-use osp_testkit::events::{SOLE, polygon};
 
 pub type Input<'a> = Unstructured<'a>;
 
@@ -124,47 +123,72 @@ fn paint(u: &mut Input<'_>) -> Paint {
 
 /// Any event that a session may hold.
 pub fn event(u: &mut Input<'_>) -> Event {
-    let (author, t) = (Author::SOLE, time(u));
-    let mut event = match below(u, 27) {
-        0 => Event::Head { author, t, p: point(u), q: rotation(u) },
+    let t = time(u);
+    match below(u, 27) {
+        0 => Event::Head { author: Author::SOLE, t, p: point(u), q: rotation(u) },
         1..=4 => {
             let tool = [Tool::Ribbon, Tool::Wall, Tool::Tube][below(u, 3)];
             let rules = [NormalRule::LocalX, NormalRule::SideX, NormalRule::Travel, NormalRule::Transport];
             let normal = rules[below(u, 4)];
             let width = if chance(u, 12) { 0.0 } else { unit(u) * 0.2 };
-            let (stroke, color, thinnest) = (stroke(u), color(u), unit(u));
-            let paint = chance(u, 3).then(|| Box::new(paint(u)));
-            Event::Begin { author, t, stroke, tool, width, color, normal, thinnest, paint }
+            Event::Begin {
+                author: Author::SOLE,
+                t,
+                stroke: stroke(u),
+                tool,
+                width,
+                color: color(u),
+                normal,
+                thinnest: unit(u),
+                paint: chance(u, 3).then(|| Box::new(paint(u))),
+            }
         }
         5..=12 => {
             let pressure = [0.0, 0.5, 1.0, unit(u)][below(u, 4)];
             Event::Point { t, stroke: stroke(u), p: point(u), q: rotation(u), pressure }
         }
         13 => Event::End { t, stroke: stroke(u) },
-        14 => SOLE.erase(stroke(u)),
-        15 => SOLE.undo(),
-        16 => SOLE.redo(),
-        17 => SOLE.moved(strokes(u), point(u)),
+        14 => Event::Erase { author: Author::SOLE, t, stroke: stroke(u) },
+        15 => Event::Undo { author: Author::SOLE, t },
+        16 => Event::Redo { author: Author::SOLE, t },
+        17 => Event::Move { author: Author::SOLE, t, strokes: strokes(u), by: point(u) },
         18 => {
             let parent = chance(u, 2).then(|| group(u));
-            SOLE.grouped(group(u), strokes(u), parent)
+            Event::Group { author: Author::SOLE, t, group: group(u), strokes: strokes(u), parent, name: None }
         }
         19 => {
             let s = if chance(u, 8) { 1.0e15 } else { 0.01 + unit(u) * 3.0 };
-            SOLE.placed(group(u), Transform { p: point(u), q: rotation(u), s })
+            Event::Place {
+                author: Author::SOLE,
+                t,
+                group: group(u),
+                to: Transform { p: point(u), q: rotation(u), s },
+            }
         }
-        20 => Event::Step { author, t, edits: below(u, 5) as u32 },
+        20 => Event::Step { author: Author::SOLE, t, edits: below(u, 5) as u32 },
         21 => {
             let said = |u: &mut Input<'_>| [None, Some(true), Some(false)][below(u, 3)];
-            let (layer, hidden, locked) = (below(u, 4) as u32, said(u), said(u));
-            Event::Layer { author, t, layer, name: None, hidden, locked, mine: None }
+            Event::Layer {
+                author: Author::SOLE,
+                t,
+                layer: below(u, 4) as u32,
+                name: None,
+                hidden: said(u),
+                locked: said(u),
+                mine: None,
+            }
         }
-        22 => Event::Assign { author, t, layer: below(u, 4) as u32, strokes: strokes(u) },
+        22 => Event::Assign { author: Author::SOLE, t, layer: below(u, 4) as u32, strokes: strokes(u) },
         _ => {
-            let vertices: Vec<Vec3> = (0..3 + below(u, 6)).map(|_| point(u)).collect();
-            polygon(chance(u, 2).then(|| stroke(u)), vertices, color(u))
+            let vertices = (0..3 + below(u, 6)).map(|_| point(u)).collect();
+            Event::Polygon {
+                author: Author::SOLE,
+                t,
+                stroke: chance(u, 2).then(|| stroke(u)),
+                vertices,
+                shading: None,
+                color: color(u),
+            }
         }
-    };
-    *event.time_mut() = t;
-    event
+    }
 }

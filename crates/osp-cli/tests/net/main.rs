@@ -3,4 +3,4 @@
 
 mod live;
 
-const OSP: osp_testkit::Program<'static> = osp_testkit::Program::new(env!("CARGO_BIN_EXE_osp"));
+const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Command, Output, Stdio},
 };
 
@@ -10,17 +10,18 @@ use crate::{OSP, cli_outputs::strokes_text};
 use osp_testkit::{stderr, stdout, temp};
 
 /// A small session with a bit of everything.
-fn small_session(folder: &Path) {
+fn small_session(folder: &Path) -> PathBuf {
     let text = strokes_text(6, 40, 0.0)
         + "Erase(t: 7.0, stroke: 2)\nUndo(t: 7.1)\nRedo(t: 7.2)\nMove(t: 7.3, strokes: [1, 3], by: (0.0, 0.5, 0.0))\n";
-    fs::write(folder.join("small.ron"), text).expect("a temporary folder can be written");
+    let path = folder.join("small.ron");
+    fs::write(&path, text).expect("a temporary folder can be written");
+    path
 }
 
 #[test]
 fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
     let folder = temp();
-    small_session(folder.path());
-    let report = OSP.at(&folder).json(["replay", "small.ron", "--json"]);
+    let report = OSP.json(["replay", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
     assert_eq!(report["recording"], "small.ron");
     assert_eq!((&report["strokes"], &report["points"]), (&6.into(), &240.into()));
     let runs = report["runs"].as_array().expect("runs");
@@ -34,12 +35,12 @@ fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
         }
         assert_eq!(run["fingerprint"], runs[0]["fingerprint"]);
     }
-    let info = OSP.at(&folder).json(["info", "small.ron", "--json"]);
+    let info = OSP.json(["info", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
     assert_eq!((&info["strokes"], &info["points"], &info["erased"]), (&6.into(), &240.into(), &1.into()));
     assert_eq!(info["polygons"], report["polygons"]);
     let edits = "Header(format: 1)\nUndo(t: 3)\nUndo(t: 5.5)\nErase(t: 4, stroke: 1)\n";
     fs::write(folder.path().join("edits.ron"), edits).expect("written");
-    let info = OSP.at(&folder).json(["info", "edits.ron", "--json"]);
+    let info = OSP.json_in(folder.path(), ["info", "edits.ron", "--json"]);
     assert_eq!((&info["erase_events"], &info["undo_redo_events"]), (&1.into(), &2.into()));
     assert_eq!((&info["duration_secs"], &info["backward_time_steps"]), (&2.5.into(), &1.into()));
 }
@@ -50,7 +51,7 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
     small_session(folder.path());
     let args = ["replay", "small.ron", "--pace", "samples:10", "--index", "osp,brute-force"];
     let made = |option, name: &str| {
-        OSP.at(&folder).done([&args[..], &[option, name]].concat());
+        OSP.done_in(folder.path(), [&args[..], &[option, name]].concat());
         fs::read(folder.path().join(name)).expect("the file")
     };
     let text = String::from_utf8(made("--csv", "f.csv")).expect("the CSV");
@@ -68,12 +69,12 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
 #[test]
 fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
     let folder = temp();
-    small_session(folder.path());
-    let args = ["replay", "small.ron", "--pace", "samples:1", "--budget", "0.0000001"];
-    let said = OSP.at(&folder).done(args);
+    let session = small_session(folder.path());
+    let args = ["replay", session.to_str().expect("utf-8"), "--pace", "samples:1", "--budget", "0.0000001"];
+    let said = OSP.done(args);
     assert!(said.contains("octree-rebuild was slow: measured on"), "{said}");
     assert!(said.contains("All indexes found the same"), "{said}");
-    let report = OSP.at(&folder).json([&args[..], &["--json"]].concat());
+    let report = OSP.json([&args[..], &["--json"]].concat());
     let measured = report["runs"][3]["frames_measured"].as_u64().expect("a number");
     assert!((40..100).contains(&measured), "one frame for each of 40 stretches, and few more: {measured}");
 }
@@ -81,18 +82,19 @@ fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
 #[test]
 fn a_pinned_fingerprint_is_checked() {
     let folder = temp();
-    small_session(folder.path());
-    let (osp, pins) = (OSP.at(&folder), folder.path().join("pins.ron"));
-    osp.done(["replay", "small.ron", "--pin", "pins.ron"]);
-    osp.done(["replay", "small.ron", "--check", "pins.ron"]);
+    let session = small_session(folder.path());
+    let (session, pins) = (session.to_str().expect("utf-8"), folder.path().join("pins.ron"));
+    let pins_path = pins.to_str().expect("utf-8");
+    OSP.done(["replay", session, "--pin", pins_path]);
+    OSP.done(["replay", session, "--check", pins_path]);
     // Another pace is not pinned.
-    let other_pace = ["replay", "small.ron", "--pace", "samples:3", "--check", "pins.ron"];
-    assert_eq!(osp.run(other_pace).status.code(), Some(1));
+    let other_pace = ["replay", session, "--pace", "samples:3", "--check", pins_path];
+    assert_eq!(OSP.run(other_pace).status.code(), Some(1));
     let text = fs::read_to_string(&pins).expect("the pins");
     let at = text.find("fingerprint: \"").expect("a pin") + 14;
     let digit = if &text[at..=at] == "0" { "1" } else { "0" };
     fs::write(&pins, format!("{}{digit}{}", &text[..at], &text[at + 1..])).expect("written");
-    let output = osp.run(["replay", "small.ron", "--check", "pins.ron"]);
+    let output = OSP.run(["replay", session, "--check", pins_path]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("pinned"), "{}", stderr(&output));
 }
@@ -100,14 +102,20 @@ fn a_pinned_fingerprint_is_checked() {
 #[test]
 fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
     let folder = temp();
+    let pins = folder.path().join("all.pins");
+    let mut sessions = Vec::new();
     for (name, polygons) in [("a", "60"), ("b", "90")] {
-        fs::create_dir(folder.path().join(name)).expect("made");
-        OSP.at(&folder).done(["synth", "portrait", "--polygons", polygons, &format!("{name}/same.ron")]);
+        let session = folder.path().join(name).join("same.ron");
+        fs::create_dir(session.parent().expect("a folder")).expect("made");
+        let session = session.to_str().expect("utf-8").to_owned();
+        OSP.done(["synth", "portrait", "--polygons", polygons, &session]);
+        sessions.push(session);
     }
-    let both = |option| OSP.at(&folder).run(["replay", "a/same.ron", "b/same.ron", option, "all.pins"]);
+    let pins_path = pins.to_str().expect("utf-8");
+    let both = |option| OSP.run(["replay", &sessions[0], &sessions[1], option, pins_path]);
     assert!(both("--pin").status.success());
     assert!(both("--check").status.success(), "{}", stderr(&both("--check")));
-    let text = fs::read_to_string(folder.path().join("all.pins")).expect("the pins");
+    let text = fs::read_to_string(&pins).expect("the pins");
     assert!(text.contains("\"a/same.ron\"") && text.contains("\"b/same.ron\""), "{text}");
 }
 
@@ -115,9 +123,11 @@ fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
 #[test]
 fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
     let folder = temp();
-    fs::write(folder.path().join("junk.ron"), "no session").expect("written");
-    let said = OSP.at(&folder).refused(["junk.ron"]);
-    assert_eq!(said, OSP.at(&folder).refused(["sketch", "junk.ron"]));
+    let junk = folder.path().join("junk.ron");
+    fs::write(&junk, "no session").expect("written");
+    let junk = junk.to_str().expect("utf-8");
+    let said = OSP.refused([junk]);
+    assert_eq!(said, OSP.refused(["sketch", junk]));
     assert!(said.contains("junk.ron"), "{said}");
 }
 
@@ -125,10 +135,15 @@ fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
 #[test]
 fn a_file_in_the_place_of_a_command_gets_a_hint() {
     let folder = temp();
-    small_session(folder.path());
-    fs::copy(folder.path().join("small.ron"), folder.path().join("it's mine.ron")).expect("copied");
-    for (path, quoted) in [("small.ron", "small.ron"), ("it's mine.ron", r"'it'\''s mine.ron'")] {
-        let said = OSP.at(&folder).refused([path]);
+    let session = small_session(folder.path());
+    let odd = folder.path().join("it's mine.ron");
+    fs::copy(&session, &odd).expect("copied");
+    let odd = odd.to_str().expect("utf-8");
+    for (path, quoted) in [
+        (session.to_str().expect("utf-8"), session.display().to_string()),
+        (odd, format!("'{}'", odd.replace('\'', "'\\''"))),
+    ] {
+        let said = OSP.refused([path]);
         let hint = format!("to replay it: osp replay {quoted}\n");
         assert!(said.ends_with(&hint), "{said}");
     }
@@ -161,12 +176,11 @@ fn info_counts_strokes_in_one_way() {
 #[test]
 fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
     let folder = temp();
-    small_session(folder.path());
-    let session = folder.path().join("small.ron");
+    let session = small_session(folder.path());
     let text = fs::read_to_string(&session).expect("the session");
     let cut = text.rfind("Point(").expect("points") + 20;
     fs::write(&session, &text[..cut]).expect("written");
-    let output = OSP.at(&folder).run(["replay", "small.ron"]);
+    let output = OSP.run(["replay", session.to_str().expect("utf-8")]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
     assert!(stdout(&output).contains("239 points"), "{}", stdout(&output));
@@ -175,38 +189,37 @@ fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
 #[test]
 fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     let folder = temp();
+    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
     let synth = |name: &str, more: &[&str]| {
-        let args = [&["synth", "scribble", "--polygons", "300", "--seed", "9", name], more].concat();
-        OSP.at(&folder).run(args)
+        OSP.run([&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
     };
-    let bytes = || fs::read(folder.path().join("a.ron")).expect("written");
     for name in ["a.ron", "a.ron.zst"] {
         let output = synth(name, &[]);
         assert!(output.status.success(), "{}", stderr(&output));
         assert!(stdout(&output).contains("strokes"), "{}", stdout(&output));
-        let info = OSP.at(&folder).json(["info", name, "--json"]);
+        let info = OSP.json(["info", &path(name), "--json"]);
         assert_eq!(info["source"], "osp synth scribble --polygons 300 --seed 9");
         assert!(info["polygons"].as_u64().is_some_and(|n| (297..600).contains(&n)), "{info}");
         assert_eq!(info["warnings"].as_array().map(Vec::len), Some(0));
     }
-    let before = bytes();
+    let before = fs::read(path("a.ron")).expect("written");
     let again = synth("a.ron", &[]);
     assert_eq!(again.status.code(), Some(2));
     assert!(stderr(&again).contains("--force"), "{}", stderr(&again));
-    assert_eq!(bytes(), before);
+    assert_eq!(fs::read(path("a.ron")).expect("still there"), before);
     assert!(synth("a.ron", &["--force"]).status.success());
-    assert_eq!(bytes(), before, "the same bytes");
+    assert_eq!(fs::read(path("a.ron")).expect("written again"), before, "the same bytes");
     assert!(stderr(&synth("a.txt", &[])).contains(".ron or .ron.zst"));
 }
 
 #[test]
 fn a_reader_that_has_seen_enough_does_not_hide_a_failed_check() {
     let folder = temp();
-    small_session(folder.path());
-    fs::write(folder.path().join("pins.ron"), "(pins: [])").expect("written");
+    let session = small_session(folder.path());
+    let pins = folder.path().join("pins.ron");
+    fs::write(&pins, "(pins: [])").expect("written");
     let mut child = OSP
-        .at(&folder)
-        .command(["replay", "small.ron", "--check", "pins.ron"])
+        .command(["replay".as_ref(), session.as_os_str(), "--check".as_ref(), pins.as_os_str()])
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
@@ -218,10 +231,13 @@ fn a_reader_that_has_seen_enough_does_not_hide_a_failed_check() {
 #[test]
 fn an_empty_session_among_others_stops_nothing() {
     let folder = temp();
-    fs::write(folder.path().join("empty.ron"), "Header(format: 1)\n").expect("written");
-    small_session(folder.path());
-    let charts = if cfg!(feature = "bench") { &["--chart", "c.svg"][..] } else { &[] };
-    let said = OSP.at(&folder).done([&["replay", "empty.ron", "small.ron"], charts].concat());
+    let empty = folder.path().join("empty.ron");
+    fs::write(&empty, "Header(format: 1)\n").expect("written");
+    let session = small_session(folder.path());
+    let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
+    let chart = path(&folder.path().join("c.svg"));
+    let charts = if cfg!(feature = "bench") { &["--chart", &chart][..] } else { &[] };
+    let said = OSP.done([&["replay", &path(&empty), &path(&session)], charts].concat());
     assert!(said.contains("240 points"));
     assert_eq!(folder.path().join("c-2.svg").exists(), cfg!(feature = "bench"));
 }
@@ -232,7 +248,7 @@ fn of_pipe(folder: &Path, command: &str, pipe: &str, args: impl IntoIterator<Ite
     let mut shell = Command::new("sh");
     shell.current_dir(folder).args(["-c", &format!("{command} {to}")]);
     let mut shell = shell.stdout(Stdio::piped()).spawn().expect("a shell");
-    let mut osp = OSP.at(folder).command(args);
+    let mut osp = OSP.command_in(folder, args);
     let output = osp.stdin(shell.stdout.take().expect("a pipe")).output().expect("the program starts");
     assert!(output.status.success(), "{command} of {pipe}: {}", stderr(&output));
     assert!(shell.wait().expect("it ends").success());
@@ -305,7 +321,7 @@ fn a_pipe_is_read_once_wherever_a_file_is_read() {
         [("script", "#!/bin/sh\necho v\n"), ("list", "v\nno vertex\n"), ("text", "of 1 2 3\n")]
     {
         fs::write(folder.path().join(name), text).expect("written");
-        let said = OSP.at(&folder).refused(["info", name]);
+        let said = OSP.refused_in(folder.path(), ["info", name]);
         assert!(said.contains("one of the formats"), "{said}");
     }
     for device in ["/dev/null", "/dev/zero"] {
@@ -317,8 +333,8 @@ fn a_pipe_is_read_once_wherever_a_file_is_read() {
 #[test]
 fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
     let folder = temp();
-    let session = "small.ron";
-    small_session(folder.path());
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
     let (bench, live) = (cfg!(feature = "bench"), cfg!(feature = "live"));
     let (render, window) = (cfg!(feature = "render"), cfg!(feature = "window"));
     for (args, what, feature, is_built) in [
@@ -345,7 +361,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
             eprintln!("not looked at here: what a build without `{feature}` says of {what}");
             continue;
         }
-        let said = OSP.at(&folder).refused(args);
+        let said = OSP.refused(args);
         for expected in [what, &format!("feature `{feature}`")] {
             assert!(said.contains(expected), "{args:?}: expected {expected} in {said}");
         }

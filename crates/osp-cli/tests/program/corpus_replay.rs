@@ -30,7 +30,7 @@ fn sessions(folder: &Path) -> Vec<PathBuf> {
 
 fn osp(args: &[&str], session: &Path) -> Value {
     // Another build of the program may be faster.
-    let program = std::env::var_os("OSP_PROGRAM").unwrap_or_else(|| OSP.file.into());
+    let program = std::env::var_os("OSP_PROGRAM").unwrap_or_else(|| OSP.0.into());
     let output = Command::new(program).args(args).arg(session).output().expect("the program starts");
     assert!(output.status.success(), "{}: {}", session.display(), stderr(&output));
     json(&output)

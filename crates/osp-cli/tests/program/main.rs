@@ -13,4 +13,4 @@ mod seeds;
 mod shipped;
 mod study;
 
-const OSP: osp_testkit::Program<'static> = osp_testkit::Program::new(env!("CARGO_BIN_EXE_osp"));
+const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

@@ -6,7 +6,7 @@ use crate::OSP;
 use osp_testkit::stderr;
 
 fn osp(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let output = OSP.at(folder).run(arguments);
+    let output = OSP.run_in(folder, arguments);
     (output.status.code(), stderr(&output))
 }
 
@@ -42,8 +42,7 @@ fn a_window_draws_on_the_rest() {
     assert!(said.contains("`osp sketch --lenient a.ron` draws on a copy of it"), "{said}");
     // Without a display this is as far as it gets, and nothing is left behind.
     let output = OSP
-        .at(folder.path())
-        .without_display(["sketch", "a.ron", "--autosave", "autosaves", "--lenient"])
+        .without_display_in(folder.path(), ["sketch", "a.ron", "--autosave", "autosaves", "--lenient"])
         .output()
         .expect("osp");
     let said = stderr(&output);

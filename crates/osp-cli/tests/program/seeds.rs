@@ -132,7 +132,7 @@ fn every_command_of_the_table_runs() {
     let mut outputs = BTreeMap::new();
     for command in commands {
         let args: Vec<&str> = command.split_whitespace().skip(1).collect();
-        let output = OSP.at(&folder).run(&args);
+        let output = OSP.run_in(folder.path(), &args);
         let said = stderr(&output);
         // Commands of other builds say which.
         let is_not_built = said.contains("needs a build with the feature");

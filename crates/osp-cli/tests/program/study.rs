@@ -16,7 +16,7 @@ fn sessions(folder: &Path, n: usize) {
     for i in 0..n {
         let (kind, seed) = (["room", "portrait", "scribble"][i % 3], i.to_string());
         let name = if i % 2 == 0 { format!("in/s{i}.ron") } else { format!("in/deep/s{i}.ron") };
-        OSP.at(folder).done(["synth", kind, &name, "--polygons", "900", "--seed", &seed]);
+        OSP.done_in(folder, ["synth", kind, &name, "--polygons", "900", "--seed", &seed]);
     }
 }
 

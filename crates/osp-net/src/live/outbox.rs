@@ -78,7 +78,7 @@ pub struct Who {
 }
 
 /// The state of unacknowledged messages; see the [module](self).
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Outbox {
     who: Who,
     pub(super) sender: Sender,
@@ -106,7 +106,23 @@ pub(super) struct Outbox {
 
 impl Outbox {
     pub(super) fn new(who: Who, sender: Sender) -> Self {
-        Self { who, sender, limit_bytes: packet::MAX_BYTES, ..Self::default() }
+        Self {
+            who,
+            sender,
+            author: None,
+            own: Own::default(),
+            next: 0,
+            in_flight: VecDeque::new(),
+            waiting: VecDeque::new(),
+            pending: 0,
+            attempt: 0,
+            needs_new_ids: false,
+            later_secs: 0.0,
+            rate: OwnRate::default(),
+            limit_bytes: packet::MAX_BYTES,
+            too_long: 0,
+            done: 0,
+        }
     }
 
     pub(super) fn awaits_answers(&self) -> bool {

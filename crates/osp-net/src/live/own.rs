@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use osp_session::recording::{Author, Event};
+use osp_session::recording::{Author, Event, GroupId, StrokeId};
 
 /// The author of a member's own strokes and groups before they are sent; `ME.number(n)` is the number of the `n`th
 /// stroke or group. No shared session has so many authors.
@@ -41,13 +41,43 @@ impl Own {
     /// An event of this member in the form of the log, with its author and with its time shifted.
     pub(super) fn event(&self, event: &Event, author: Author, later_secs: f64) -> Event {
         let mut event = event.clone();
-        event.renumber(&mut |id| id.0 = shared(id.0, &self.strokes, author), &mut |id| {
-            id.0 = shared(id.0, &self.groups, author);
-        });
-        event.author_mut().into_iter().for_each(|of| *of = author);
+        let stroke = |id: &mut StrokeId| id.0 = shared(id.0, &self.strokes, author);
+        let group = |id: &mut GroupId| id.0 = shared(id.0, &self.groups, author);
+        match &mut event {
+            Event::Join { author: of, .. }
+            | Event::Leave { author: of, .. }
+            | Event::Head { author: of, .. }
+            | Event::Undo { author: of, .. }
+            | Event::Redo { author: of, .. }
+            | Event::Step { author: of, .. }
+            | Event::Layer { author: of, .. }
+            | Event::View { author: of, .. }
+            | Event::Polygon { author: of, stroke: None, .. } => *of = author,
+            Event::Point { stroke: id, .. } | Event::End { stroke: id, .. } => stroke(id),
+            Event::Begin { author: of, stroke: id, .. }
+            | Event::Erase { author: of, stroke: id, .. }
+            | Event::Polygon { author: of, stroke: Some(id), .. } => {
+                *of = author;
+                stroke(id);
+            }
+            Event::Move { author: of, strokes, .. } | Event::Assign { author: of, strokes, .. } => {
+                *of = author;
+                strokes.iter_mut().for_each(stroke);
+            }
+            Event::Group { author: of, group: id, strokes, parent, .. } => {
+                *of = author;
+                group(id);
+                strokes.iter_mut().for_each(stroke);
+                parent.iter_mut().for_each(group);
+            }
+            Event::Place { author: of, group: id, .. } => {
+                *of = author;
+                group(id);
+            }
+        }
         // The time is rounded to a tenth of a millisecond, so that its text is short.
         let t = ((event.time_secs() + later_secs).max(0.0) * 1.0e4).round() / 1.0e4;
-        *event.time_mut() = t;
+        *time_of(&mut event) = t;
         event
     }
 
@@ -109,5 +139,27 @@ impl Own {
             _ => {}
         }
         Some((before, event))
+    }
+}
+
+fn time_of(event: &mut Event) -> &mut f64 {
+    match event {
+        Event::Join { t, .. }
+        | Event::Leave { t, .. }
+        | Event::Head { t, .. }
+        | Event::Begin { t, .. }
+        | Event::Point { t, .. }
+        | Event::End { t, .. }
+        | Event::Erase { t, .. }
+        | Event::Undo { t, .. }
+        | Event::Redo { t, .. }
+        | Event::Move { t, .. }
+        | Event::Group { t, .. }
+        | Event::Place { t, .. }
+        | Event::Step { t, .. }
+        | Event::Layer { t, .. }
+        | Event::Assign { t, .. }
+        | Event::View { t, .. }
+        | Event::Polygon { t, .. } => t,
     }
 }

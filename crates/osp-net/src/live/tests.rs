@@ -4,8 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use glam::Vec3;
-use osp_testkit::events::{self, Begin, SOLE};
+use glam::{Quat, Vec3};
 use rand_pcg::{Pcg32, rand_core::Rng as _};
 
 use super::{
@@ -13,7 +12,7 @@ use super::{
     member::{Member, News},
     outbox::{Outgoing, Who},
 };
-use osp_session::recording::{Author, Event, Sender, StrokeId};
+use osp_session::recording::{Author, Event, NormalRule, Sender, StrokeId, Tool};
 
 /// A stream of a server. It stores the messages that it receives, except messages with an id that it has already.
 #[derive(Default)]
@@ -89,20 +88,28 @@ impl Client {
     }
 }
 
-fn own(n: u32) -> StrokeId {
-    StrokeId(ME.number(n).expect("few"))
-}
-
 fn begin(n: u32) -> Event {
-    Begin::of(own(n)).event()
+    Event::Begin {
+        t: 0.0,
+        author: Author::SOLE,
+        stroke: StrokeId(ME.number(n).expect("few")),
+        tool: Tool::Ribbon,
+        width: 0.1,
+        color: (1.0, 0.5, 0.25, 1.0),
+        normal: NormalRule::LocalX,
+        thinnest: 0.0,
+        paint: None,
+    }
 }
 
 fn point(n: u32, x: u32) -> Event {
-    events::point(own(n), Vec3::X * x as f32)
+    let p = Vec3::new(x as f32, 0.0, 0.0);
+    let stroke = StrokeId(ME.number(n).expect("few"));
+    Event::Point { t: 0.0, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
 }
 
 fn end(n: u32) -> Event {
-    Event::End { t: 0.0, stroke: own(n) }
+    Event::End { t: 0.0, stroke: StrokeId(ME.number(n).expect("few")) }
 }
 
 /// The points of each author's strokes, by the author's name.
@@ -191,7 +198,7 @@ fn who_was_taken_for_gone_comes_again_and_nothing_of_it_is_lost() {
             ann.draw(events, now);
         }
         if frame % 50 == 0 {
-            bob.draw(vec![SOLE.undo()], now);
+            bob.draw(vec![Event::Undo { t: 0.0, author: Author::SOLE }], now);
         }
         if !is_out {
             ann.publish(&mut server, now, &mut || false);
@@ -274,8 +281,16 @@ fn the_end_of_a_stroke_that_has_ended_already_takes_nothing_with_it() {
 #[test]
 fn faces_of_a_stroke_go_on_as_a_stroke_of_the_next_author() {
     let face = |x: u32| {
-        let corners = [Vec3::ZERO, Vec3::X * (x + 1) as f32, Vec3::Y];
-        events::polygon(Some(own(0)), corners, (1.0, 1.0, 1.0, 1.0))
+        let vertices = vec![Vec3::ZERO, Vec3::X * (x + 1) as f32, Vec3::Y];
+        let stroke = Some(StrokeId(ME.number(0).expect("few")));
+        Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke,
+            vertices,
+            shading: None,
+            color: (1.0, 1.0, 1.0, 1.0),
+        }
     };
     let events = gone_in_the_middle(vec![face(0), face(1)], vec![face(2)], vec![face(3), face(4)]);
     let faces = |of| {
@@ -407,7 +422,7 @@ fn an_event_that_is_too_long_is_refused_alone() {
     ann.publish(&mut server, now, &mut || false);
     ann.read(&server, now);
     let strokes = vec![StrokeId(Author(4000).number(0).expect("an author")); 60_000];
-    let long = SOLE.moved(strokes, Vec3::X);
+    let long = Event::Move { t: 0.0, author: Author::SOLE, strokes, by: Vec3::X };
     ann.draw(vec![begin(0), long, point(0, 1), end(0)], now);
     for _ in 0..3 {
         ann.publish(&mut server, now, &mut || false);

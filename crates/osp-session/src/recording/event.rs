@@ -359,55 +359,6 @@ fn is_zero(value: &f32) -> bool {
     value.to_bits() == 0
 }
 
-/// The time of an event, borrowed like the event.
-macro_rules! time_of {
-    ($event:expr) => {
-        match $event {
-            Event::Join { t, .. }
-            | Event::Leave { t, .. }
-            | Event::Head { t, .. }
-            | Event::Begin { t, .. }
-            | Event::Point { t, .. }
-            | Event::End { t, .. }
-            | Event::Erase { t, .. }
-            | Event::Undo { t, .. }
-            | Event::Redo { t, .. }
-            | Event::Move { t, .. }
-            | Event::Group { t, .. }
-            | Event::Place { t, .. }
-            | Event::Step { t, .. }
-            | Event::Layer { t, .. }
-            | Event::Assign { t, .. }
-            | Event::View { t, .. }
-            | Event::Polygon { t, .. } => t,
-        }
-    };
-}
-
-/// The author of an event, borrowed like the event.
-macro_rules! author_of {
-    ($event:expr) => {
-        match $event {
-            Event::Join { author, .. }
-            | Event::Leave { author, .. }
-            | Event::Head { author, .. }
-            | Event::Begin { author, .. }
-            | Event::Erase { author, .. }
-            | Event::Undo { author, .. }
-            | Event::Redo { author, .. }
-            | Event::Move { author, .. }
-            | Event::Group { author, .. }
-            | Event::Place { author, .. }
-            | Event::Step { author, .. }
-            | Event::Layer { author, .. }
-            | Event::Assign { author, .. }
-            | Event::View { author, .. }
-            | Event::Polygon { author, .. } => Some(author),
-            Event::Point { .. } | Event::End { .. } => None,
-        }
-    };
-}
-
 impl Event {
     /// The events that add strokes to a group: one event, or several if the strokes do not fit into one line. Only the
     /// first event has the group's name.
@@ -445,48 +396,47 @@ impl Event {
     pub const MAX_STROKES_NAMED: usize = (MAX_LINE_BYTES - 2048) / 11;
 
     pub fn time_secs(&self) -> f64 {
-        *time_of!(self)
-    }
-
-    pub fn time_mut(&mut self) -> &mut f64 {
-        time_of!(self)
+        match *self {
+            Self::Join { t, .. }
+            | Self::Leave { t, .. }
+            | Self::Head { t, .. }
+            | Self::Begin { t, .. }
+            | Self::Point { t, .. }
+            | Self::End { t, .. }
+            | Self::Erase { t, .. }
+            | Self::Undo { t, .. }
+            | Self::Redo { t, .. }
+            | Self::Move { t, .. }
+            | Self::Group { t, .. }
+            | Self::Place { t, .. }
+            | Self::Step { t, .. }
+            | Self::Layer { t, .. }
+            | Self::Assign { t, .. }
+            | Self::View { t, .. }
+            | Self::Polygon { t, .. } => t,
+        }
     }
 
     /// The event's author; `None` for points and ends. With several authors, the number of their stroke contains the
     /// author ([`StrokeId::author`]).
     pub fn author(&self) -> Option<Author> {
-        author_of!(self).copied()
-    }
-
-    /// The event's author, as [`Event::author`] returns it, to be changed.
-    pub fn author_mut(&mut self) -> Option<&mut Author> {
-        author_of!(self)
-    }
-
-    /// Calls `stroke` with every number of a stroke in the event, and `group` with every number of a group.
-    pub fn renumber(&mut self, stroke: &mut dyn FnMut(&mut StrokeId), group: &mut dyn FnMut(&mut GroupId)) {
-        match self {
-            Self::Begin { stroke: id, .. }
-            | Self::Point { stroke: id, .. }
-            | Self::End { stroke: id, .. }
-            | Self::Erase { stroke: id, .. }
-            | Self::Polygon { stroke: Some(id), .. } => stroke(id),
-            Self::Move { strokes, .. } | Self::Assign { strokes, .. } => strokes.iter_mut().for_each(stroke),
-            Self::Group { group: id, strokes, parent, .. } => {
-                group(id);
-                strokes.iter_mut().for_each(stroke);
-                parent.iter_mut().for_each(group);
-            }
-            Self::Place { group: id, .. } => group(id),
-            Self::Join { .. }
-            | Self::Leave { .. }
-            | Self::Head { .. }
-            | Self::Undo { .. }
-            | Self::Redo { .. }
-            | Self::Step { .. }
-            | Self::Layer { .. }
-            | Self::View { .. }
-            | Self::Polygon { stroke: None, .. } => {}
+        match *self {
+            Self::Join { author, .. }
+            | Self::Leave { author, .. }
+            | Self::Head { author, .. }
+            | Self::Begin { author, .. }
+            | Self::Erase { author, .. }
+            | Self::Undo { author, .. }
+            | Self::Redo { author, .. }
+            | Self::Move { author, .. }
+            | Self::Group { author, .. }
+            | Self::Place { author, .. }
+            | Self::Step { author, .. }
+            | Self::Layer { author, .. }
+            | Self::Assign { author, .. }
+            | Self::View { author, .. }
+            | Self::Polygon { author, .. } => Some(author),
+            Self::Point { .. } | Self::End { .. } => None,
         }
     }
 

@@ -22,7 +22,7 @@ use super::{
 };
 
 /// Identifier of a sender of messages: a random number that each sender chooses when it joins; 0 is the host.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Sender(pub u64);
 
 impl Sender {

@@ -18,7 +18,7 @@ const CAP_KIB: u32 = 832 << 10;
 fn osp(args: &[&str]) -> Output {
     let script = format!("ulimit -v {CAP_KIB} && exec \"$0\" \"$@\"");
     let output =
-        Command::new("sh").args(["-c", &script, OSP.file]).args(args).env("RUST_BACKTRACE", "0").output();
+        Command::new("sh").args(["-c", &script, OSP.0]).args(args).env("RUST_BACKTRACE", "0").output();
     output.expect("the program starts")
 }
 

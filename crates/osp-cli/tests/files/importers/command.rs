@@ -11,7 +11,7 @@ use crate::OSP;
 use osp_testkit::{names, stderr, stdout};
 
 fn import(folder: &Path, args: &[&str]) -> Output {
-    OSP.at(folder).run([&["import"], args].concat())
+    OSP.run_in(folder, [&["import"], args].concat())
 }
 
 #[test]

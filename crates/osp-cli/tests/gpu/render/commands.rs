@@ -1,7 +1,7 @@
 //! The commands that draw.
 
 use crate::OSP;
-use osp_testkit::stderr;
+use osp_testkit::{ROOT, stderr};
 
 use super::scenes::{gpu, read_png};
 
@@ -26,7 +26,7 @@ fn a_picture_without_a_desktop_is_drawn_without_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let picture = folder.path().join("room.png");
     let args = ["render", "recordings/room.ron", picture.to_str().expect("utf-8"), "--size", "32x32"];
-    let drawn = OSP.without_display(args).output().expect("the program starts");
+    let drawn = OSP.without_display_in(ROOT, args).output().expect("the program starts");
     let said = stderr(&drawn);
     assert!(drawn.status.success() && said.lines().all(|line| line.starts_with("drawn by ")), "{said}");
 }

@@ -9,21 +9,19 @@ use super::{
 use crate::OSP;
 use osp_testkit::stderr;
 
-/// Films a session for 0.8 seconds at ten pictures a second. What is said about it.
-pub(crate) fn make(session: &str, out: &Path, path: &str, size: &str) -> String {
-    let out = out.to_str().expect("utf-8");
-    let args = ["film", session, out, "--path", path, "--size", size, "--seconds", "0.8", "--fps", "10"];
+fn osp(args: &[&str]) -> (Option<i32>, String) {
     let output = OSP.run(args);
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(0), "{said}");
-    said
+    (output.status.code(), stderr(&output))
 }
 
-/// A film of a shipped session, 96 by 54 pixels, 8 frames.
+/// A film of a shipped session, 96 by 54 pixels, 8 frames in 0.8 seconds.
 fn film(folder: &Path, session: &str, path: &str) -> Film {
     let out = folder.join(format!("{path}.gif"));
-    make(session, &out, path, "96x54");
-    let film = Film::open(out.to_str().expect("utf-8"));
+    let out = out.to_str().expect("utf-8");
+    let args = ["film", session, out, "--path", path, "--size", "96x54", "--seconds", "0.8", "--fps", "10"];
+    let (code, said) = osp(&args);
+    assert_eq!(code, Some(0), "{said}");
+    let film = Film::open(out);
     assert_eq!((film.size, film.frames.len()), ((96, 54), 8), "{path}");
     film
 }
@@ -52,7 +50,9 @@ fn a_turntable_shows_the_finished_model_from_all_sides() {
     // It begins as the picture does, but for the 256 colours and a greater distance.
     let picture = folder.path().join("whole.png");
     let picture = picture.to_str().expect("utf-8");
-    OSP.done(["render", "recordings/room.ron", picture, "--camera", "whole", "--size", "96x54"]);
+    let (code, said) =
+        osp(&["render", "recordings/room.ron", picture, "--camera", "whole", "--size", "96x54"]);
+    assert_eq!(code, Some(0), "{said}");
     let (_, _, rgba) = read_png(Path::new(picture));
     let mean = |pixels: &mut dyn Iterator<Item = [u8; 3]>| {
         let mut sum = [0.0; 3];
@@ -92,11 +92,14 @@ fn the_recorded_head_moves_the_picture_and_without_one_there_is_no_such_film() {
     fs::write(&session, format!("Header(format: 1, name: \"a\")\n{polygon}\n")).expect("written");
     let [session, out] =
         [session, folder.path().join("none.gif")].map(|path| path.to_str().expect("utf-8").to_owned());
-    let said = OSP.refused(["film", &session, &out, "--path", "recorded", "--size", "32x32"]);
+    let (code, said) = osp(&["film", &session, &out, "--path", "recorded", "--size", "32x32"]);
+    assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("no head was recorded; `grow` and `turntable` need none"), "{said}");
     assert!(!Path::new(&out).exists());
     // One frame of a session is as many frames of a film as are asked for.
-    OSP.done(["film", &session, &out, "--path", "grow", "--size", "32x32", "--seconds", "0.3"]);
+    let (code, said) =
+        osp(&["film", &session, &out, "--path", "grow", "--size", "32x32", "--seconds", "0.3"]);
+    assert_eq!(code, Some(0), "{said}");
     let film = Film::open(&out);
     assert_eq!(film.frames.len(), 6);
     assert!(drawn(&film, 0) > 20 && differing(&film, 0, 5) == 0);

@@ -2,9 +2,19 @@
 
 use std::path::Path;
 
-use super::{decoded_film::Film, decoded_mp4::Mp4Film, film::make, scenes::gpu};
+use super::{decoded_film::Film, decoded_mp4::Mp4Film, scenes::gpu};
 use crate::OSP;
-use osp_testkit::temp;
+use osp_testkit::{stderr, temp};
+
+/// Films a shipped session for 0.8 seconds at ten pictures a second.
+fn film(session: &str, out: &Path, path: &str, size: &str) -> String {
+    let out = out.to_str().expect("utf-8");
+    let args = ["film", session, out, "--path", path, "--size", size, "--seconds", "0.8", "--fps", "10"];
+    let output = OSP.run(args);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    said
+}
 
 fn mp4(path: &Path) -> Mp4Film {
     Mp4Film::open(path.to_str().expect("utf-8"))
@@ -25,8 +35,8 @@ fn an_mp4_shows_the_pictures_of_the_gif() {
         [("recordings/room.ron", "turntable", 0), ("recordings/portrait.ron", "recorded", 10)]
     {
         let [gif, mp4_file] = [".gif", ".mp4"].map(|ending| folder.path().join(format!("{path}{ending}")));
-        make(session, &gif, path, "160x90");
-        make(session, &mp4_file, path, "160x90");
+        film(session, &gif, path, "160x90");
+        film(session, &mp4_file, path, "160x90");
         let (gif, mp4) = (Film::open(gif.to_str().expect("utf-8")), mp4(&mp4_file));
         assert_eq!((gif.frames.len(), mp4.pictures.len()), (8, 8 + end), "{path}");
         assert_eq!((gif.size, mp4.size), ((160, 90), (160, 90)), "{path}");
@@ -63,10 +73,10 @@ fn odd_sides_of_an_mp4_grow_by_a_pixel() {
     let Some(_) = gpu() else { return };
     let folder = temp();
     let out = folder.path().join("odd.mp4");
-    let said = make("recordings/scribble.ron", &out, "grow", "97x55");
+    let said = film("recordings/scribble.ron", &out, "grow", "97x55");
     assert!(said.contains("97x55 pixels become 98x56: a video has even sides"), "{said}");
     assert_eq!(mp4(&out).size, (98, 56));
     let even = folder.path().join("even.mp4");
-    let said = make("recordings/scribble.ron", &even, "grow", "98x56");
+    let said = film("recordings/scribble.ron", &even, "grow", "98x56");
     assert!(!said.contains("become"), "{said}");
 }

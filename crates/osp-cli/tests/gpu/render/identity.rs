@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use super::scenes::{all_ids, drawer, gpu, open_session, picture_of};
+use super::scenes::{all_ids, drawer, gpu, picture_of};
 use osp::{
     frame::{PassConfig, Pipeline},
     index::IndexConfig,
@@ -15,9 +15,13 @@ use osp::{
     polygon::PolygonId,
 };
 use osp_lab::Method;
-use osp_render::Gpu;
+use osp_render::{Gpu, Offscreen};
 use osp_rivals::IndexKind;
-use osp_session::{recording::Pace, replay::CameraChoice};
+use osp_session::{
+    recording::{self, OpenOptions, Pace, Pacer},
+    replay::{CameraChoice, CameraPath, Moment, summarize},
+    scene::Scene,
+};
 
 /// Odd, so that no pixel's centre lies on an axis of symmetry.
 const SIZE: (u32, u32) = (481, 361);
@@ -36,6 +40,19 @@ pub(crate) fn shipped() -> Vec<PathBuf> {
     paths
 }
 
+/// Draws the same frame twice: what culling leaves, and everything.
+struct Eyes {
+    culled: Offscreen,
+    whole: Offscreen,
+}
+
+impl Eyes {
+    fn new(gpu: &Arc<Gpu>) -> Self {
+        // Two drawers, so that what one remembers cannot hide a fault of the other.
+        Self { culled: drawer(gpu, SIZE), whole: drawer(gpu, SIZE) }
+    }
+}
+
 /// Polygons that were not drawn, over all frames looked at.
 #[derive(Clone, Copy, Debug, Default)]
 struct LeftOut {
@@ -49,7 +66,12 @@ struct LeftOut {
 
 /// Plays a session and compares at evenly spaced frames.
 fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
-    let (summary, camera, mut player) = open_session(path, choice, Pace::Samples(16));
+    let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
+    let pace = Pace::Samples(16);
+    let (summary, _, read) = summarize(&mut open(), pace);
+    read.expect("a whole recording");
+    let session = open();
+    let camera = CameraPath::new(choice, session.header.camera, &summary.bounds);
     let capacity = summary.counts.polygons as usize;
     let pipeline = |kind: IndexKind| {
         let config = IndexConfig { capacity, ..IndexConfig::default() };
@@ -61,32 +83,39 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
         let pass = PassConfig::for_strokes(Occlusion::Auto);
         by_occlusion.push((kind.name(), kind.add_to(pipeline(IndexKind::Osp), pass)));
     }
-    // Two drawers, so that the state of one cannot hide a fault of the other.
-    let [mut of_culled, mut of_whole] = [(); 2].map(|()| drawer(gpu, SIZE));
+    let mut eyes = Eyes::new(gpu);
+    let (mut scene, mut moment) = (Scene::new(), Moment::default());
     let mut left_out = LeftOut { polygons: summary.counts.polygons, ..LeftOut::default() };
-    let looked_at = |frame: u64| frame * FRAMES / summary.frames;
-    while player.step().expect("a whole recording") {
-        let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
-        of_culled.renderer.follow(changes);
-        of_whole.renderer.follow(changes);
-        let view = camera.view(&moment).with_aspect(of_whole.aspect());
+    let (mut pacer, mut events, mut changes) = (Pacer::new(session, pace), Vec::new(), Vec::new());
+    while pacer.next_frame(&mut events).expect("a whole recording") {
+        changes.clear();
+        for event in &events {
+            moment.note(event);
+            scene.apply(event, &mut changes);
+        }
+        eyes.culled.renderer.follow(&changes);
+        eyes.whole.renderer.follow(&changes);
+        let view = camera.view(&moment).with_aspect(eyes.whole.aspect());
         // Which polygons may hide others, they learn from frame to frame.
         for (_, pipeline) in &mut by_occlusion {
-            pipeline.frame(scene, changes, &view);
+            pipeline.frame(&scene, &changes, &view);
         }
-        if looked_at(moment.frame + 1) == looked_at(moment.frame) {
-            by_view.iter_mut().for_each(|pipeline| pipeline.skip(scene, changes));
+        let looked_at = |frame: u64| frame * FRAMES / summary.frames;
+        let is_looked_at = looked_at(moment.frame + 1) > looked_at(moment.frame);
+        moment.frame += 1;
+        if !is_looked_at {
+            by_view.iter_mut().for_each(|pipeline| pipeline.skip(&scene, &changes));
             continue;
         }
-        let all = all_ids(scene);
-        let whole = picture_of(&mut of_whole, scene, &view, &all);
+        let all = all_ids(&scene);
+        let whole = picture_of(&mut eyes.whole, &scene, &view, &all);
         left_out.shown += whole.drawn_pixels();
         let mut check = |name: &str, ids: &[PolygonId]| {
-            let differing = picture_of(&mut of_culled, scene, &view, ids).differing_pixels(&whole);
+            let differing = picture_of(&mut eyes.culled, &scene, &view, ids).differing_pixels(&whole);
             assert_eq!(differing, 0, "{}, {choice:?}, frame {}, {name}", path.display(), moment.frame);
         };
         for pipeline in &mut by_view {
-            pipeline.frame(scene, changes, &view);
+            pipeline.frame(&scene, &changes, &view);
             let ids = pipeline.draw_list().to_vec();
             left_out.out_of_view += (all.len() - ids.len()) as u64;
             check(pipeline.index().name(), &ids);

@@ -9,8 +9,10 @@ use super::{
 use glam::Vec3;
 use osp::view::View;
 use osp_render::{Gpu, GpuOcclusion};
-use osp_session::{recording::Event, scene::Scene};
-use osp_testkit::events::polygon;
+use osp_session::{
+    recording::{Author, Event},
+    scene::Scene,
+};
 
 const SIZE: (u32, u32) = (961, 721);
 /// Polygons that are asked about together by queries.
@@ -26,8 +28,15 @@ fn board(axis: usize, center: Vec3, half_m: [f32; 2]) -> Event {
         p[(axis + 2) % 3] += v * half_m[1];
         p
     };
-    let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    polygon(None, corners, (0.4, 0.5, 0.3, 1.0))
+    let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    Event::Polygon {
+        author: Author::SOLE,
+        t: 0.0,
+        stroke: None,
+        vertices,
+        shading: None,
+        color: (0.4, 0.5, 0.3, 1.0),
+    }
 }
 
 /// Three boards that meet in a corner, and behind each a stack of boards, nearly as large and close to each other. The number

@@ -9,7 +9,7 @@ use osp_testkit::{shipped_session, stderr, stdout};
 fn osp(args: &[&str], folder: &Path) -> Output {
     let room = shipped_session("room");
     let common = ["render", &room, "--frame", "500", "--camera", "recorded", "--size", "100x90"];
-    OSP.at(folder).run([&common, args].concat())
+    OSP.run_in(folder, [&common, args].concat())
 }
 
 fn said(output: &Output) -> String {
@@ -71,7 +71,7 @@ fn pictures_of_neighbouring_screens_fit_together() {
     let args = ["a.png", "--rig", "dual-wall", "--stereo", "mono", "--size", "1x360"];
     let room = shipped_session("room");
     let common = ["render", &room, "--frame", "500", "--camera", "recorded"];
-    OSP.at(&folder).done([&common[..], &args].concat());
+    OSP.done_in(folder.path(), [&common[..], &args].concat());
     let seen = pictures(folder.path());
     let (left, right) = (&seen["a-left.png"], &seen["a-right.png"]);
     assert_eq!((left.0, left.1), (480, 360));
@@ -127,7 +127,7 @@ fn screens_behind_the_head_have_no_picture_and_files_are_not_replaced_unasked() 
     // A row of frames.
     let room = shipped_session("portrait");
     let every = ["--every", "400", "--to", "frames", "--size", "32x18", "--rig", "odd.rig"];
-    OSP.at(&folder).done([&["render", &room], &every[..]].concat());
+    OSP.done_in(folder.path(), [&["render", &room], &every[..]].concat());
     let names: Vec<String> = pictures(&folder.path().join("frames")).into_keys().collect();
     assert!(names.len() >= 4 && names[0] == "000-A-b-1.png", "{names:?}");
 }

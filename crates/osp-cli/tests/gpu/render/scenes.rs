@@ -1,17 +1,16 @@
-use std::{path::Path, sync::Arc};
+use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use osp::{
     polygon::{Change, PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
-use osp_render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig};
+use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_session::{
-    recording::{self, Event, NormalRule, OpenOptions, Pace, RecordingError, StrokeId, Tool},
-    replay::{CameraChoice, CameraPath, Player, Summary, summarize},
+    recording::{Author, Event, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
-use osp_testkit::events::{Begin, polygon};
+use osp_testkit::events::Begin;
 
 /// A drawer of pictures of this size.
 pub(crate) fn drawer(gpu: &Arc<Gpu>, (width, height): (u32, u32)) -> Offscreen {
@@ -36,7 +35,7 @@ pub(crate) fn pixel<const CHANNELS: usize>(image: &Image, x: u32, y: u32) -> [u8
 }
 
 /// The width, the height and the bytes of a PNG.
-pub(crate) fn read_png(path: &Path) -> (u32, u32, Vec<u8>) {
+pub(crate) fn read_png(path: &std::path::Path) -> (u32, u32, Vec<u8>) {
     let file = std::io::BufReader::new(std::fs::File::open(path).expect("a picture"));
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
     let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
@@ -59,42 +58,17 @@ pub(crate) fn gpu() -> Option<Arc<Gpu>> {
 
 pub(crate) fn apply(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
     let mut changes = Vec::new();
-    scene.apply_all(events, &mut changes);
-    changes
-}
-
-/// Whether an adapter can cull while drawing; if not, a line says why.
-pub(crate) fn can_cull(set: Result<(), RenderError>) -> bool {
-    match set {
-        Err(error @ RenderError::NoOcclusion { .. }) if !osp_testkit::nothing_may_be_skipped() => {
-            eprintln!("skipped: {error}");
-            false
-        }
-        outcome => {
-            outcome.expect("what the method needs");
-            true
-        }
+    for event in events {
+        scene.apply(event, &mut changes);
     }
-}
-
-/// A session before its first frame, with its summary and a camera.
-pub(crate) fn open_session(
-    path: &Path,
-    choice: CameraChoice,
-    pace: Pace,
-) -> (Summary, CameraPath, Player<impl Iterator<Item = Result<Event, RecordingError>> + use<>>) {
-    let open = || recording::open(path, &OpenOptions::default()).expect("a recording");
-    let (summary, _, read) = summarize(&mut open(), pace);
-    read.expect("a whole recording");
-    let session = open();
-    let camera = CameraPath::new(choice, session.header.camera, &summary.bounds);
-    (summary, camera, Player::new(session, pace))
+    changes
 }
 
 /// A square that faces +z, with its middle at `center`.
 pub(crate) fn square(center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) -> Event {
     let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
-    polygon(None, [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], color)
+    let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, shading: None, color }
 }
 
 /// A stroke that winds around the y axis.

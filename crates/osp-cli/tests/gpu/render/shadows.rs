@@ -10,10 +10,9 @@ use glam::Vec3;
 use osp::{polygon::PolygonId, view::View};
 use osp_render::{Gpu, Image, Offscreen};
 use osp_session::{
-    recording::{Environment, Event, StrokeId},
+    recording::{Author, Environment, Event, StrokeId},
     scene::Scene,
 };
-use osp_testkit::events::SOLE;
 
 const SIZE: (u32, u32) = (160, 120);
 
@@ -101,6 +100,6 @@ fn a_shadow_comes_and_goes_with_its_stroke() {
     };
     let lit = step(&across(1, "Flat", SEEN));
     assert!(step(&across(2, "Flat", ABOVE)) < 50);
-    assert_eq!(step(&[SOLE.erase(StrokeId(2))]), lit);
-    assert!(step(&[SOLE.undo()]) < 50);
+    assert_eq!(step(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) }]), lit);
+    assert!(step(&[Event::Undo { author: Author::SOLE, t: 0.0 }]) < 50);
 }

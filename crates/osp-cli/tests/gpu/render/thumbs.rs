@@ -32,13 +32,13 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     let camera = ", camera: (p: (1.0, 0.2, 3.0), q: (0.0, 0.0, 0.0, 1.0), fov_degrees: 50.0)";
     write_session(&at("in/below/own.ron"), camera);
     fs::write(at("in/bad.ron"), "Header(format: 1)\nnonsense\n").expect("written");
-    let thumbs = || OSP.at(&folder).run(["thumbs", "in", "--out", "out", "--size", "96x64"]);
+    let thumbs = || OSP.run_in(folder.path(), ["thumbs", "in", "--out", "out", "--size", "96x64"]);
     let output = thumbs();
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(stdout(&output), "3 sessions: 2 drawn now, 0 before, 1 failed\n");
     assert!(stderr(&output).contains("bad.ron, line 2: expected "), "{}", stderr(&output));
     for (session, thumb) in [("in/whole.ron", "out/whole.png"), ("in/below/own.ron", "out/below/own.png")] {
-        OSP.at(&folder).done(["render", session, "one.png", "--size", "96x64", "--force"]);
+        OSP.done_in(folder.path(), ["render", session, "one.png", "--size", "96x64", "--force"]);
         let picture = |name: &str| read_png(&at(name)).2;
         let pixels = picture(thumb);
         assert_eq!(pixels.len(), 96 * 64 * 4);
@@ -56,6 +56,6 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     assert!(stderr(&output).contains("whole.png: exists already; --force"), "{}", stderr(&output));
     assert_eq!(fs::read(at("out/whole.png")).expect("a picture"), b"\x89PNG\r\n\x1a\nby hand");
     // Beside a session its own name stays free for a picture of its artist's.
-    OSP.at(&folder).done(["thumbs", "in/whole.ron", "--size", "32x32"]);
+    OSP.done_in(folder.path(), ["thumbs", "in/whole.ron", "--size", "32x32"]);
     assert!(at("in/whole.thumb.png").is_file() && !at("in/whole.png").exists());
 }

@@ -219,7 +219,7 @@ impl Desk {
 
     /// Runs `osp` to its end.
     pub(crate) fn osp(&self, arguments: &[&str]) -> std::process::Output {
-        self.command(OSP.file).args(arguments).output().expect("osp")
+        self.command(OSP.0).args(arguments).output().expect("osp")
     }
 
     /// Opens a window of `osp` and waits until it is there.
@@ -253,7 +253,7 @@ impl Desk {
         // A file that would grow beyond a limit is refused, as on a full disk, instead of ending the program.
         let process = self
             .command("sh")
-            .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", OSP.file])
+            .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", OSP.0])
             .args(arguments)
             .args(["--trace", trace.unwrap_or(own_trace.to_str().expect("a path"))])
             .envs(variables.iter().copied())

@@ -4,7 +4,7 @@ use osp_session::{
     recording::{self, OpenOptions},
     scene::Scene,
 };
-use osp_testkit::{stderr, wait_until};
+use osp_testkit::{ROOT, stderr, wait_until};
 
 /// The model's part of a window of 1280 by 800 lies between the panels.
 const MIDDLE: (i32, i32) = (590, 380);
@@ -124,7 +124,7 @@ fn a_session_from_the_first_stroke_to_the_last_click() {
 fn without_a_display_there_is_one_clear_line() {
     let autosaves = std::env::temp_dir().join("osp-no-display");
     let output = OSP
-        .without_display(["sketch", "--autosave", autosaves.to_str().expect("a path")])
+        .without_display_in(ROOT, ["sketch", "--autosave", autosaves.to_str().expect("a path")])
         .output()
         .expect("osp");
     let said = stderr(&output);

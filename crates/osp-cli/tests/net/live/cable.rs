@@ -58,7 +58,7 @@ impl Cable {
 
     /// A member at the far end.
     pub(crate) fn join(&self, folder: &Path, file: &str, address: &str, args: &[&str]) -> Member {
-        let before = ["ip", "netns", "exec", &self.space, OSP.file];
+        let before = ["ip", "netns", "exec", &self.space, OSP.0];
         Member::run(&before, folder, file, address, args)
     }
 }

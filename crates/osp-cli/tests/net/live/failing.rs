@@ -15,7 +15,10 @@ fn a_server_that_is_killed_and_started_again_loses_nothing() {
     let (address, class) = (server.session("class"), recording("class.ron"));
     let mut keeper = Member::keeper(folder.path(), &address);
     let mut members: Vec<_> = ["1", "2", "3"]
-        .map(|author| Member::play(folder.path(), &address, [&class, author, author], &["--until-empty"]))
+        .map(|author| {
+            let args = ["--play", &class, "--play-author", author, "--name", author, "--until-empty"];
+            Member::join(folder.path(), &format!("{author}.ron"), &address, &args)
+        })
         .into();
     for lines in [150, 450] {
         members[0].wait_for_lines(lines);
@@ -43,15 +46,16 @@ fn without_a_server_one_draws_on_and_is_heard_when_it_comes() {
     server.kill();
     let folder = tempfile::tempdir().expect("a folder");
     let class = recording("class.ron");
-    let address = server.session("class");
-    let mut ann = Member::play(folder.path(), &address, [&class, "1", "Ann"], &["--speed", "10"]);
+    let args = ["--play", &class, "--play-author", "1", "--speed", "10", "--name", "Ann"];
+    let mut ann = Member::join(folder.path(), "a.ron", &server.session("class"), &args);
     ann.wait_for_silence();
     server.start_again();
     ann.end_well();
-    assert_eq!(places(&folder.path().join("Ann.ron"))["Ann"], drawn(&class, Some(1)));
+    assert_eq!(places(&folder.path().join("a.ron"))["Ann"], drawn(&class, Some(1)));
     // One that never comes: what was drawn is said not to be delivered.
     server.kill();
-    let mut nobody = Member::play(folder.path(), &address, [&class, "1", "nobody"], &["--speed", "100"]);
+    let args = ["--play", &class, "--play-author", "1", "--speed", "100"];
+    let mut nobody = Member::join(folder.path(), "b.ron", &server.session("class"), &args);
     nobody.wait_for_silence();
     nobody.interrupt();
     let nobody = nobody.end();
@@ -106,7 +110,8 @@ fn a_server_that_has_lost_the_session_is_not_believed() {
     let folder = tempfile::tempdir().expect("a folder");
     let (address, class) = (server.session("class"), recording("class.ron"));
     let keeper = Member::keeper(folder.path(), &address);
-    let mut ann = Member::play(folder.path(), &address, [&class, "1", "Ann"], &["--until-empty"]);
+    let args = ["--play", &class, "--play-author", "1", "--name", "Ann", "--until-empty"];
+    let mut ann = Member::join(folder.path(), "a.ron", &address, &args);
     ann.wait_for_lines(50);
     server.kill();
     let had = fs::read(&ann.file).expect("a recording");
@@ -117,8 +122,14 @@ fn a_server_that_has_lost_the_session_is_not_believed() {
     drop(keeper);
     assert!(ended.bytes.starts_with(&had), "the recording keeps what was there");
     // And a recording of that session is not replaced by another one of the same name.
-    Member::play(folder.path(), &address, [&class, "2", "Bob"], &["--speed", "10"]).end_well();
-    let again = Member::join(folder.path(), "Ann.ron", &address, &["--watch"]).end();
-    fails(&again, "Ann.ron: it is not the beginning of this session; --force replaces it");
+    let bob = Member::join(
+        folder.path(),
+        "b.ron",
+        &address,
+        &["--play", &class, "--play-author", "2", "--name", "Bob", "--speed", "10"],
+    );
+    bob.end_well();
+    let again = Member::join(folder.path(), "a.ron", &address, &["--watch"]).end();
+    fails(&again, "a.ron: it is not the beginning of this session; --force replaces it");
     assert_eq!(again.bytes, ended.bytes);
 }

@@ -34,18 +34,7 @@ pub(crate) struct Ended {
 
 impl Member {
     pub(crate) fn join(folder: &Path, file: &str, address: &str, args: &[&str]) -> Self {
-        Self::run(&[OSP.file], folder, file, address, args)
-    }
-
-    /// A member of this name, who plays an author of a session into its recording `NAME.ron`.
-    pub(crate) fn play(
-        folder: &Path,
-        address: &str,
-        [session, author, name]: [&str; 3],
-        more: &[&str],
-    ) -> Self {
-        let args = ["--play", session, "--play-author", author, "--name", name];
-        Self::join(folder, &format!("{name}.ron"), address, &[&args, more].concat())
+        Self::run(&[OSP.0], folder, file, address, args)
     }
 
     /// Somebody who stays until the test ends them, and with them the session of those who wait until it is empty.
@@ -79,10 +68,14 @@ impl Member {
 
     /// Waits until it has noticed that the server is away.
     pub(crate) fn wait_for_silence(&mut self) {
-        self.wait_for_text(&self.said.clone(), |said| {
+        self.wait_until_it_says(|said| {
             let last = |of: &str| said.rfind(of).map_or(0, |at| at + 1);
             last("does not answer").max(last("connecting to ")) > last("connected to ")
         });
+    }
+
+    pub(crate) fn wait_until_it_says(&mut self, what: impl Fn(&str) -> bool) {
+        self.wait_for_text(&self.said.clone(), what);
     }
 
     fn wait_for_text(&mut self, path: &Path, what: impl Fn(&str) -> bool) {

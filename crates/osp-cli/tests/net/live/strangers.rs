@@ -1,5 +1,10 @@
 //! Who may write, who may not, and what is not understood.
 
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
+
 use super::{
     members::{Member, assert_same, drawn, places, recording},
     server::Server,
@@ -13,8 +18,10 @@ fn garbage_strangers_and_duplicates_are_counted_and_change_nothing() {
     let (address, class) = (server.session("class"), recording("class.ron"));
     let mut heard = server.wire();
     heard.subscribe("osp.class");
-    let join =
-        |name, author| Member::play(folder.path(), &address, [&class, author, name], &["--until-empty"]);
+    let join = |name: &str, author: &str| {
+        let args = ["--play", &class, "--play-author", author, "--name", name, "--until-empty"];
+        Member::join(folder.path(), &format!("{name}.ron"), &address, &args)
+    };
     let keeper = Member::keeper(folder.path(), &address);
     let mut members = vec![join("Ann", "1"), join("Bob", "2")];
     members[0].wait_for_lines(60);
@@ -67,6 +74,79 @@ fn garbage_strangers_and_duplicates_are_counted_and_change_nothing() {
         assert!(member.count("duplicates") >= 20);
         assert!(member.said.contains("messages are ignored"), "{}", member.said);
     }
+}
+
+/// Ends a thread, also where the test fails.
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A sender is whoever chooses a number: one connection can be thousands of them.
+#[test]
+fn one_that_joins_thousands_of_times_does_not_fill_the_room() {
+    let Some(server) = Server::start() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let (address, class) = (server.session("class"), recording("class.ron"));
+    let play = |name: &str, author: &str, more: &[&str]| {
+        let args = ["--play", &class, "--play-author", author, "--name", name, "--speed", "100"];
+        Member::join(folder.path(), &format!("{name}.ron"), &address, &[&args[..], more].concat())
+    };
+    play("Ann", "1", &[]).end_well();
+    let is_over = AtomicBool::new(false);
+    let mut wire = server.wire();
+    let (flooded, all_joined) = std::sync::mpsc::channel();
+    std::thread::scope(|scope| {
+        let (is_over, over) = (&is_over, Over(&is_over));
+        scope.spawn(move || {
+            for sender in 1u64.. {
+                let join = format!("osp-live-1 {sender:016x} 0\nJoin(t:1,author:1,name:\"\")\n");
+                wire.publish("osp.class", join.as_bytes());
+                if sender == 4094 {
+                    wire.settle();
+                    let _ = flooded.send(());
+                }
+                // Then so many that mostly they are the first when one more may join, but not more than members can read.
+                if sender > 4094 && sender % 8 == 0 {
+                    wire.settle();
+                    std::thread::sleep(Duration::from_millis(4));
+                }
+                if is_over.load(Ordering::Relaxed) {
+                    return;
+                }
+            }
+        });
+        all_joined.recv().expect("the server takes them");
+        // Who comes meanwhile is told that it is not in the session, and why; nothing that it has drawn is lost sight of.
+        // Every ten seconds one more may join: whoever has that luck, another one comes after it.
+        let refused = |name: &str, args: &[&str]| {
+            let mut tries = (0..).map(|number| {
+                let file = format!("{name}-{number}.ron");
+                let mut member = Member::join(folder.path(), &file, &address, args);
+                member
+                    .wait_until_it_says(|said| said.contains("too many") || said.contains("this is author"));
+                member.interrupt();
+                member.end()
+            });
+            tries.find(|member| member.summary["author"].is_null()).expect("one is refused")
+        };
+        let drawing = ["--play", &class, "--play-author", "2", "--name", "Eve", "--speed", "100"];
+        let members = [refused("Eve", &drawing), refused("idle", &[])];
+        drop(over);
+        for member in members {
+            assert_eq!(member.code, Some(1), "{}", member.said);
+            assert!(member.said.contains("too many have joined"), "{}", member.said);
+            assert_eq!(member.summary["connection"], "crowded", "{}", member.said);
+        }
+    });
+    // And afterwards there is room.
+    let bob = play("Bob", "2", &[]).end_well();
+    assert_eq!(places(&folder.path().join("Bob.ron"))["Bob"], drawn(&class, Some(2)));
+    let joined = bob.summary["author"].as_u64().expect("a number");
+    assert!((128..1000).contains(&joined), "{joined} have joined");
 }
 
 /// Users of a server: one may do all, one may only look.
@@ -151,7 +231,7 @@ fn an_encrypted_session_is_for_those_who_trust_the_server_and_have_the_word() {
     let at = |scheme: &str, who: &str, port: u16| format!("{scheme}://{who}127.0.0.1:{port}/class");
     let trusted = format!("SSL_CERT_FILE={certificate}");
     let trusting = |file: &str, address: &str, args: &[&str]| {
-        Member::run(&["env", &trusted, OSP.file], folder.path(), file, address, args)
+        Member::run(&["env", &trusted, OSP.0], folder.path(), file, address, args)
     };
     let (own, watch) = (at("tls", "a%20word@", server.port), ["--watch"]);
     let args = ["--play", &class, "--play-author", "1", "--speed", "10", "--name", "Ann"];

@@ -11,8 +11,11 @@ fn four_authors_and_a_late_one_have_the_same_session_with_everything_in_it() {
     let Some(server) = Server::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let (address, class) = (server.session("class"), recording("class.ron"));
-    let pace = ["--speed", "2", "--until-empty"];
-    let join = |name, author| Member::play(folder.path(), &address, [&class, author, name], &pace);
+    let join = |name: &str, author: &str| {
+        let args =
+            ["--play", &class, "--play-author", author, "--name", name, "--speed", "2", "--until-empty"];
+        Member::join(folder.path(), &format!("{name}.ron"), &address, &args)
+    };
     let mut keeper = Member::keeper(folder.path(), &address);
     let mut members: Vec<_> =
         [("Ann", "1"), ("Bob", "2"), ("Cem", "3"), ("Dot", "2")].map(|(n, a)| join(n, a)).into();

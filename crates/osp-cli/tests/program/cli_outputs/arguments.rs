@@ -71,7 +71,7 @@ fn numbers_out_of_range_are_refused_by_every_command() {
     for (command, option, values) in cases {
         for value in values.split(' ') {
             let value = format!("{option}={value}");
-            let said = OSP.at(&folder).refused(command.split(' ').chain([&*value]));
+            let said = OSP.refused_in(folder.path(), command.split(' ').chain([&*value]));
             assert!(said.starts_with("error: ") && !said.contains("panicked"), "{command} {value}: {said}");
         }
     }
@@ -160,7 +160,7 @@ fn what_cannot_be_meant_is_one_clear_error() {
         if !has(&args) {
             continue;
         }
-        let output = OSP.at(&folder).run(args);
+        let output = OSP.run_in(folder.path(), args);
         let said = stderr(&output);
         assert_eq!((output.status.code(), stdout(&output).as_str()), (Some(2), ""), "{command}: {said}");
         assert!(said.matches("error: ").count() == 1 && said.contains(words), "{command}: {said}");
@@ -182,7 +182,7 @@ fn the_ends_of_the_ranges_work() {
         &["synth", "scribble", "o.ron", "--polygons", "0", "--seed", "18446744073709551615"],
         &["bake", "a.ron", "o.pvs", "--cells", "1", "--samples", "1", "--pixels", "16"],
     ] {
-        OSP.at(&folder).done(args);
+        OSP.done_in(folder.path(), args);
     }
 }
 
@@ -211,7 +211,7 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
             cases.push(vec!["sketch", "--autosave", "autosaves", "--tracker", file]);
         }
         for args in cases {
-            assert_refused(&OSP.at(folder).run(&args), &[file]);
+            assert_refused(&OSP.run_in(folder, &args), &[file]);
         }
     }
     let _ = fs::remove_dir_all(folder.join("autosaves"));
@@ -232,7 +232,7 @@ fn files_larger_than_they_can_be_are_not_read_to_their_end() {
         cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", "large"]);
     }
     for args in cases {
-        assert_refused(&OSP.at(&folder).run(&args), &["large"]);
+        assert_refused(&OSP.run_in(folder.path(), &args), &["large"]);
     }
 }
 
@@ -247,13 +247,13 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
     let args =
         "--quick --no-growth --index osp --pace samples:16 --html b.html --csv b.csv --json".split(' ');
     let args = [OsStr::new("bench"), name].into_iter().chain(args.map(OsStr::new));
-    let report = OSP.at(&folder).json(args);
+    let report = OSP.json_in(folder.path(), args);
     assert_eq!(report["rows"][0]["recording"], "a\u{fffd}.ron");
     for file in ["b.html", "b.csv"] {
         let text = fs::read_to_string(folder.path().join(file)).expect("text");
         assert!(text.contains("a\u{fffd}.ron"), "{file}");
     }
     for command in ["replay", "info"] {
-        OSP.at(&folder).done([OsStr::new(command), name]);
+        OSP.done_in(folder.path(), [OsStr::new(command), name]);
     }
 }

@@ -26,14 +26,14 @@ fn static_models_are_those_of_export() {
     let folder = temp();
     fs::create_dir(folder.path().join("in")).expect("a folder");
     write_session(&folder.path().join("in"), "a.ron");
-    OSP.at(&folder).done(["convert", "in", "--to", "glb", "--static"]);
-    OSP.at(&folder).done(["export", "in/a.ron", "a.glb", "--static"]);
+    OSP.done_in(folder.path(), ["convert", "in", "--to", "glb", "--static"]);
+    OSP.done_in(folder.path(), ["export", "in/a.ron", "a.glb", "--static"]);
     let bytes = |name: &str| fs::read(folder.path().join(name)).expect("a model");
     assert_eq!(bytes("in/a.glb"), bytes("a.glb"));
-    OSP.at(&folder).done(["convert", "in", "--to", "glb", "--force"]);
+    OSP.done_in(folder.path(), ["convert", "in", "--to", "glb", "--force"]);
     assert_ne!(bytes("in/a.glb"), bytes("a.glb"));
 
-    let said = OSP.at(&folder).refused(["convert", "in", "--to", "tilt", "--static"]);
+    let said = OSP.refused_in(folder.path(), ["convert", "in", "--to", "tilt", "--static"]);
     assert!(said.contains("--static is for .glb only; found .tilt"), "{}", said);
 }
 
@@ -51,7 +51,7 @@ fn folders_are_converted_and_continued_and_errors_come_last() {
         set_changed(&at(name), long_ago);
     }
     // What it writes below the folder it reads is no session of the next run.
-    let convert = || OSP.at(&folder).run(["convert", "in", "--to", "ron.zst", "--out", "in/out"]);
+    let convert = || OSP.run_in(folder.path(), ["convert", "in", "--to", "ron.zst", "--out", "in/out"]);
     let output = convert();
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(stdout(&output), "3 sessions: 2 converted now, 0 before, 1 failed\n");
@@ -76,7 +76,7 @@ fn folders_are_converted_and_continued_and_errors_come_last() {
     assert_eq!(output.status.code(), Some(2));
     let said = stderr(&output);
     assert!(said.contains("a.ron.zst: exists already; --force replaces it"), "{said}");
-    let said = OSP.at(&folder).done(["convert", "in", "--to", "ron.zst", "--out", "in/out", "--force"]);
+    let said = OSP.done_in(folder.path(), ["convert", "in", "--to", "ron.zst", "--out", "in/out", "--force"]);
     assert_eq!(said, "3 sessions: 3 converted now, 0 before, 0 failed\n");
     assert!(changed(&at("in/out/a.ron.zst")) > before);
 }
@@ -87,19 +87,19 @@ fn models_lie_beside_their_sessions_and_no_two_share_a_name() {
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
     write_session(folder.path(), "b.ron");
-    OSP.at(&folder).done(["convert", "a.ron", "a.tilt"]);
-    OSP.at(&folder).done(["convert", ".", "--to", "glb"]);
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
+    OSP.done_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert_eq!(names(folder.path()), ["a.ron", "a.ron.glb", "a.tilt", "a.tilt.glb", "b.glb", "b.ron"]);
-    let said = OSP.at(&folder).done(["convert", ".", "--to", "glb"]);
+    let said = OSP.done_in(folder.path(), ["convert", ".", "--to", "glb"]);
     let (again, already) = ("(--force makes them again)", "3 are .glb already");
     assert_eq!(said, format!("3 sessions: 0 converted now, 3 before {again}, 0 failed, {already}\n"));
     // A model that osp made of an older session is made again unasked.
     set_changed(&at("b.ron"), SystemTime::now() + Duration::from_secs(100));
-    let said = OSP.at(&folder).done(["convert", ".", "--to", "glb"]);
+    let said = OSP.done_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert!(said.starts_with(&format!("3 sessions: 1 converted now, 2 before {again}, 0 failed")), "{said}");
     fs::create_dir(at("other")).expect("a folder");
     write_session(&at("other"), "b.ron");
-    let refused = OSP.at(&folder).run(["convert", "b.ron", "other/b.ron", "--to", "glb", "--out", "x"]);
+    let refused = OSP.run_in(folder.path(), ["convert", "b.ron", "other/b.ron", "--to", "glb", "--out", "x"]);
     assert_refused(&refused, &["would both become", "b.ron.glb", "--out"]);
     assert!(!at("x").exists());
 }
@@ -109,9 +109,9 @@ fn every_session_has_a_target_of_its_own_in_any_order_of_conversions() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
-    OSP.at(&folder).done(["convert", "a.ron", "a.tilt"]);
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     fs::copy(at("a.ron"), at("A.RON.ron")).expect("copied");
-    let convert = |args: &[&str]| OSP.at(&folder).done([&["convert"], args].concat());
+    let convert = |args: &[&str]| OSP.done_in(folder.path(), [&["convert"], args].concat());
     // One of them has the name that another gets with its ending; file systems may ignore case.
     assert_eq!(convert(&[".", "--to", "glb"]), "3 sessions: 3 converted now, 0 before, 0 failed\n");
     let models = ["A.RON.ron.glb", "a.ron.glb", "a.tilt.glb"];
@@ -140,25 +140,25 @@ fn the_folder_of_a_sketch_may_be_named_by_a_dot_and_keeps_its_picture() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
-    OSP.at(&folder).done(["convert", "a.ron", "a.tilt"]);
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     fs::create_dir(at("open.tilt")).expect("a folder");
     let file = fs::read(at("a.tilt")).expect("a sketch");
     let mut zip = zip::ZipArchive::new(Cursor::new(&file[16..])).expect("a zip");
     zip.extract(at("open.tilt")).expect("unpacked");
     fs::write(at("open.tilt/thumbnail.png"), "a picture").expect("written");
     for out in [&["--out", "../out"][..], &[]] {
-        OSP.at(&at("open.tilt")).done([&["convert", ".", "--to", "glb"], out].concat());
+        OSP.done_in(at("open.tilt"), [&["convert", ".", "--to", "glb"], out].concat());
     }
     assert_eq!(names(&at("out")), ["open.glb"]);
     assert_eq!(names(folder.path()), ["a.ron", "a.tilt", "open.glb", "open.tilt", "out"]);
-    OSP.at(&folder).done(["convert", "open.tilt", "whole.tilt"]);
+    OSP.done_in(folder.path(), ["convert", "open.tilt", "whole.tilt"]);
     let file = fs::read(at("whole.tilt")).expect("a sketch");
     assert!(file.windows(9).any(|part| part == b"a picture"));
     // No other file of a sketch is kept.
     osp_testkit::add_to_sketch(&at("whole.tilt"), "notes.txt");
     let expected = "warning: whole.tilt: no part of a sketch that osp knows, and not read: `notes.txt`";
     for command in [["convert", "whole.tilt", "second.tilt"], ["import", "whole.tilt", "second.ron"]] {
-        let said = stderr(&OSP.at(&folder).run(command));
+        let said = stderr(&OSP.run_in(folder.path(), command));
         assert!(said.lines().eq([expected]), "{said}");
     }
 }
@@ -168,7 +168,8 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
-    let convert = |args: &[&str]| OSP.at(&folder).run([&["convert", "a.ron", "--to", "glb"], args].concat());
+    let convert =
+        |args: &[&str]| OSP.run_in(folder.path(), [&["convert", "a.ron", "--to", "glb"], args].concat());
     // A model of another program, and a folder, are newer than the session.
     fs::write(at("a.glb"), b"glTF\x02\0\0\0\x30\0\0\0\x1c\0\0\0JSON{\"asset\":{\"version\":\"2.0\"}}")
         .expect("written");
@@ -177,7 +178,7 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
     fs::create_dir(at("a.glb")).expect("a folder");
     let said = stderr(&convert(&["--force"]));
     assert!(said.contains("a.glb: expected a file; found a folder"), "{said}");
-    let alone = OSP.at(&folder).run(["convert", "a.ron", "a.glb", "--force"]);
+    let alone = OSP.run_in(folder.path(), ["convert", "a.ron", "a.glb", "--force"]);
     assert_refused(&alone, &["a.glb: expected a file; found a folder"]);
     fs::remove_dir(at("a.glb")).expect("removed");
     #[cfg(unix)]
@@ -211,7 +212,7 @@ fn links_and_pipes_of_a_folder_are_named() {
         return;
     }
     symlink("pipe", at("to-pipe")).expect("linked");
-    let done = OSP.at(&folder).run(["convert", "in", "--to", "glb", "--out", "out"]);
+    let done = OSP.run_in(folder.path(), ["convert", "in", "--to", "glb", "--out", "out"]);
     assert!(done.status.success(), "{}", stderr(&done));
     assert_eq!(names(&folder.path().join("out")), ["a.glb"]);
     let skipped = [
@@ -236,19 +237,20 @@ fn a_session_of_a_wrong_clock_is_converted_once() {
         "1 converted now, 0 before, 0 failed",
         "0 converted now, 1 before (--force makes them again), 0 failed",
     ] {
-        let output = OSP.at(&folder).run(["convert", ".", "--to", "ron.zst", "--out", "out"]);
+        let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "ron.zst", "--out", "out"]);
         assert_eq!(stdout(&output), format!("1 sessions: {expected}\n"), "{}", stderr(&output));
     }
     // It was saved again before its target was written.
     set_changed(&at("a.ron"), changed(&at("a.ron")) + Duration::from_secs(1));
-    let output = OSP.at(&folder).run(["convert", ".", "--to", "ron.zst", "--out", "out"]);
+    let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "ron.zst", "--out", "out"]);
     assert!(stderr(&output).contains("exists already; --force replaces it"), "{}", stderr(&output));
     // The other file of a CASSIE sketch came after its target.
     ["sketch_history", "raw_data"].iter().for_each(|name| fs::create_dir(at(name)).expect("a folder"));
     let stroke = r#"[{"id":0,"input_samples":[[0,1,0],[0,2,0]],"curve_type":"line","ctrl_pts":[],
         "creation_time":1,"deletion_time":null}]"#;
     fs::write(at("sketch_history/a.json"), stroke).expect("written");
-    let convert = || OSP.at(&folder).run(["convert", "sketch_history", "--to", "ron.zst", "--out", "to"]);
+    let convert =
+        || OSP.run_in(folder.path(), ["convert", "sketch_history", "--to", "ron.zst", "--out", "to"]);
     assert!(convert().status.success());
     fs::write(at("raw_data/a.json"), "").expect("written");
     set_changed(&at("raw_data/a.json"), SystemTime::now() + Duration::from_secs(100_000));
@@ -264,7 +266,7 @@ fn sessions_among_the_outputs_are_left_out_with_a_warning() {
     write_session(&at("in/best"), "b.ron");
     let convert = |paths: &[&str]| {
         let to = ["--to", "ron.zst", "--out", "in/best"];
-        let output = OSP.at(&folder).run([&["convert"], paths, &to[..]].concat());
+        let output = OSP.run_in(folder.path(), [&["convert"], paths, &to[..]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
         (stdout(&output), stderr(&output))
     };
@@ -287,7 +289,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     text += "Erase(t: 9.0, stroke: 1)\nHead(t: 9.0, p: (0, 1, 0), q: (0, 0, 0, 1))\n";
     text += "Group(t: 9.0, group: 0, strokes: [0])\nGroup(t: 9.0, group: 1, strokes: [2], parent: 0, name: \"a\")\n";
     fs::write(at("a.ron"), text).expect("written");
-    let output = OSP.at(&folder).run(["convert", "a.ron", "a.tilt"]);
+    let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).starts_with("a.tilt: 2 strokes, 40 points; "), "{}", stdout(&output));
     assert_eq!(
@@ -298,7 +300,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
          warning: 1 name of a group is not written: .tilt has no place for it\n"
     );
     let class = osp_testkit::at("recordings/class.ron");
-    let class = OSP.at(&folder).run(["convert", class.to_str().expect("utf-8"), "b.tilt"]);
+    let class = OSP.run_in(folder.path(), ["convert", class.to_str().expect("utf-8"), "b.tilt"]);
     assert!(stderr(&class).contains("warning: which author drew a stroke is not written"), "{class:?}");
     fs::remove_file(at("b.tilt")).expect("removed");
     let widths: Vec<f32> = events_in(at("a.tilt"))
@@ -307,12 +309,12 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
         .collect();
     assert_eq!(widths, [0.05, 0.05]);
     let sketch = fs::read(at("a.tilt")).expect("a sketch");
-    let again = OSP.at(&folder).run(["convert", "a.ron", "a.tilt"]);
+    let again = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     assert_refused(&again, &["a.tilt: exists already; --force replaces it"]);
-    let onto_itself = OSP.at(&folder).run(["convert", "a.tilt", "a.tilt", "--force"]);
+    let onto_itself = OSP.run_in(folder.path(), ["convert", "a.tilt", "a.tilt", "--force"]);
     assert_refused(&onto_itself, &["a.tilt: is an input, too"]);
     assert_eq!(fs::read(at("a.tilt")).expect("a sketch"), sketch);
-    let forced = OSP.at(&folder).run(["convert", "a.ron", "a.tilt", "--force"]);
+    let forced = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt", "--force"]);
     assert!(forced.status.success(), "{}", stderr(&forced));
     for (args, words) in [
         (&["convert", "a.ron"][..], &["--to FORMAT", "found 1 paths"][..]),
@@ -323,7 +325,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
             &["a.tilt: expected a folder; found a file"],
         ),
     ] {
-        assert_refused(&OSP.at(&folder).run(args), words);
+        assert_refused(&OSP.run_in(folder.path(), args), words);
     }
     assert_eq!(names(folder.path()), ["a.ron", "a.tilt"]);
 }
@@ -333,9 +335,9 @@ fn what_is_named_or_linked_is_replaced_by_no_target() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
-    OSP.at(&folder).done(["convert", "a.ron", "a.tilt"]);
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     let before = fs::read(at("a.ron")).expect("a file");
-    let named = OSP.at(&folder).run(["convert", "a.ron", "a.tilt", "--to", "ron", "--force"]);
+    let named = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt", "--to", "ron", "--force"]);
     assert_refused(&named, &["a.ron: is an input, too"]);
     assert_eq!(fs::read(at("a.ron")).expect("a file"), before);
     // Two targets lead to one file.
@@ -346,14 +348,14 @@ fn what_is_named_or_linked_is_replaced_by_no_target() {
     fs::create_dir(at("out")).expect("made");
     fs::write(at("out/b.glb"), "another program's").expect("written");
     std::os::unix::fs::symlink("b.glb", at("out/c.glb")).expect("linked");
-    let linked = OSP.at(&folder).run(["convert", "in", "--to", "glb", "--out", "out", "--force"]);
+    let linked = OSP.run_in(folder.path(), ["convert", "in", "--to", "glb", "--out", "out", "--force"]);
     assert_refused(&linked, &["c.glb: is a link to the target of another session"]);
     assert_refused(
-        &OSP.at(&folder).run(["convert", "-", "--to", "tilt"]),
+        &OSP.run_in(folder.path(), ["convert", "-", "--to", "tilt"]),
         &["-: standard input has no name"],
     );
     // A named link to a folder is followed without a warning.
     std::os::unix::fs::symlink("in", at("link")).expect("linked");
-    let output = OSP.at(&folder).run(["convert", "link", "--to", "tilt"]);
+    let output = OSP.run_in(folder.path(), ["convert", "link", "--to", "tilt"]);
     assert!(output.status.success() && !stderr(&output).contains("link:"), "{}", stderr(&output));
 }

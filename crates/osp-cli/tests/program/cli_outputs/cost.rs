@@ -15,9 +15,10 @@ fn costs_are_those_of_the_exported_model_and_add_up() {
     session += "Polygon(vertices: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], color: (1, 1, 1, 1))\n";
     session += "Erase(t: 9, stroke: 0)\n";
     fs::write(folder.path().join("a.ron"), session).expect("written");
-    let said = OSP.at(&folder).done(["export", "a.ron", "a.glb"]);
+    let said = OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
     let exported = said;
-    let output = OSP.at(&folder).run(["info", "a.ron", "--cost", "--json", "--budget-triangles", "100"]);
+    let output =
+        OSP.run_in(folder.path(), ["info", "a.ron", "--cost", "--json", "--budget-triangles", "100"]);
     let info: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
     let cost = &info["cost"];
     let number = |value: &Value| value.as_u64().expect("a number");
@@ -45,10 +46,10 @@ fn costs_are_those_of_the_exported_model_and_add_up() {
     assert!((shares - 1.0).abs() < 1.0e-9 && expensive.len() == 4, "{shares}");
 
     let text = |budget: &str| {
-        stdout(&OSP.at(&folder).run(["info", "a.ron", "--cost", "--budget-triangles", budget]))
+        stdout(&OSP.run_in(folder.path(), ["info", "a.ron", "--cost", "--budget-triangles", budget]))
     };
     assert!(text("100").contains(&format!("the budget of 100 triangles, {} over it", triangles - 100)));
     assert!(text("1000000").contains("the budget of 1,000,000 triangles, within it"));
-    let plain = stdout(&OSP.at(&folder).run(["info", "a.ron", "--json"]));
+    let plain = stdout(&OSP.run_in(folder.path(), ["info", "a.ron", "--json"]));
     assert!(!plain.contains("\"cost\""), "only on request");
 }

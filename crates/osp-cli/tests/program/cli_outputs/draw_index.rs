@@ -11,7 +11,7 @@ fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {
     let session = session.to_str().expect("a name in UTF-8");
     let options = "--index osp-paper --as tree --levels 4 --names".split(' ');
     let tree = ["draw-index", session, "tree.svg"].into_iter().chain(options);
-    let said = OSP.at(&folder).done(tree);
+    let said = OSP.done_in(folder.path(), tree);
     assert!(said.contains("osp-paper: 65,535 nodes, 16 levels, 68 polygons"), "{said}");
     let svg = fs::read_to_string(folder.path().join("tree.svg")).expect("a picture");
     let (circles, hollow) = (svg.matches("<circle").count(), svg.matches(r#"fill="none" stroke"#).count());
@@ -20,10 +20,10 @@ fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {
     assert!(hollow > 0 && svg.contains(&said), "{hollow}");
     // The square ends in the plane x = 0, and that plane cuts the triangle.
     assert!(svg.contains("\nx = 0.00, PS\n") && svg.contains("\n#0 1"), "the root");
-    let refused = OSP.at(&folder).refused(["draw-index", "room.ron", "n.svg", "--names"]);
+    let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "n.svg", "--names"]);
     assert!(refused.contains("room.ron"));
-    OSP.at(&folder).done(["synth", "room", "room.ron", "--polygons", "900"]);
-    let refused = OSP.at(&folder).refused(["draw-index", "room.ron", "n.svg", "--names"]);
+    OSP.done_in(folder.path(), ["synth", "room", "room.ron", "--polygons", "900"]);
+    let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "n.svg", "--names"]);
     assert!(refused.contains("at most 500 polygons; found "), "{refused}");
 }
 
@@ -32,7 +32,7 @@ fn a_film_of_insertions_counts_planes_and_inserted_polygons() {
     let folder = tempfile::tempdir().expect("a folder");
     let session = osp_testkit::at("docs/figures/fall.ron");
     let session = session.to_str().expect("a name in UTF-8");
-    let said = OSP.at(&folder).done(["draw-insertion", session, "fall.gif", "--polygons", "4"]);
+    let said = OSP.done_in(folder.path(), ["draw-insertion", session, "fall.gif", "--polygons", "4"]);
     // Polygon 3 is cut by the first plane, polygon 4 by the fourth, two fall past all five.
     assert!(
         said.contains("4 polygons: osp-paper tests 15 planes and moves none; octree-paper tests "),

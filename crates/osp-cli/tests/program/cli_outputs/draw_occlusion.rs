@@ -10,7 +10,7 @@ use crate::OSP;
 fn drawn(folder: &Path, out: &str, options: &[&str]) -> (String, String) {
     let session = at("docs/figures/vanish.ron");
     let session = session.to_str().expect("a name in UTF-8");
-    let said = OSP.at(folder).done(["draw-occlusion", session, out, "--force"].iter().chain(options));
+    let said = OSP.done_in(folder, ["draw-occlusion", session, out, "--force"].iter().chain(options));
     let picture = if out.ends_with(".gif") {
         String::new()
     } else {

@@ -70,7 +70,7 @@ fn session() -> String {
 fn exported(pace: &str) -> Vec<(f32, f32, f32)> {
     let folder = temp();
     fs::write(folder.path().join("a.ron"), session()).expect("written");
-    OSP.at(&folder).done(["export", "a.ron", "a.glb", "--pace", pace]);
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--pace", pace]);
     Model::read(&folder.path().join("a.glb")).vertices()
 }
 

@@ -52,7 +52,7 @@ fn every_brush_gets_the_material_that_its_facts_say() {
     let mut names: Vec<&str> = offered.iter().map(|brush| brush.name.as_str()).collect();
     names.push("");
     fs::write(folder.path().join("a.ron"), painted(&names)).expect("written");
-    let output = OSP.at(&folder).run(["export", "a.ron", "a.glb", "--objects", "strokes"]);
+    let output = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", "strokes"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).starts_with(&format!("a.glb: {} objects, ", names.len())), "{}", stdout(&output));
     assert!(stderr(&output).contains("particles face a fixed direction"), "{}", stderr(&output));
@@ -98,7 +98,7 @@ fn camera_light_and_sky_are_those_of_the_session() {
     let text =
         painted(&["Flat"]).replacen("source:\"test\"", &format!("source:\"test\",{camera},{light}"), 1);
     fs::write(folder.path().join("a.ron"), text).expect("written");
-    OSP.at(&folder).done(["export", "a.ron", "a.glb"]);
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
     let json = document(&folder.path().join("a.glb"));
     let perspective = &json["cameras"][0]["perspective"];
     let angle = perspective["yfov"].as_f64().expect("a number").to_degrees();
@@ -119,8 +119,8 @@ fn a_static_model_has_one_part_a_material() {
     let parts = |json: &Value| -> Vec<Value> {
         list(json, "meshes").iter().flat_map(|mesh| list(mesh, "primitives").to_vec()).collect()
     };
-    OSP.at(&folder).done(["export", "a.ron", "layers.glb"]);
-    OSP.at(&folder).done(["export", "a.ron", "static.glb", "--static"]);
+    OSP.done_in(folder.path(), ["export", "a.ron", "layers.glb"]);
+    OSP.done_in(folder.path(), ["export", "a.ron", "static.glb", "--static"]);
     let [layers, whole] = ["layers.glb", "static.glb"].map(|name| document(&folder.path().join(name)));
     assert_eq!(parts(&layers).len(), 5, "two brushes of one layer, three of the other");
     // Flat and Spikes are matte, and differ in nothing but their names.
@@ -132,7 +132,7 @@ fn a_static_model_has_one_part_a_material() {
     assert_eq!(list(&whole, "extensionsRequired"), [json!("KHR_mesh_quantization")]);
     let bounds = |name: &str| -> Vec<[f64; 3]> {
         let info: Value =
-            serde_json::from_str(&OSP.at(&folder).done(["info", name, "--json"])).expect("JSON");
+            serde_json::from_str(&OSP.done_in(folder.path(), ["info", name, "--json"])).expect("JSON");
         serde_json::from_value(info["bounds_m"].clone()).expect("two corners")
     };
     // Without ink, whose picture is cut out of its polygons.
@@ -142,11 +142,11 @@ fn a_static_model_has_one_part_a_material() {
     let (again, before) = (bounds("b-static.glb").concat(), bounds("b.glb").concat());
     assert!(again.iter().zip(&before).all(|(a, b)| (a - b).abs() < 5.0e-4), "{again:?} {before:?}");
     if !cfg!(feature = "render") {
-        let said = OSP.at(&folder).refused(["export", "a.ron", "web.glb", "--compress"]);
+        let said = OSP.refused_in(folder.path(), ["export", "a.ron", "web.glb", "--compress"]);
         assert!(said.contains("--features render"), "{said}");
         return;
     }
-    OSP.at(&folder).done(["export", "a.ron", "web.glb", "--compress"]);
+    OSP.done_in(folder.path(), ["export", "a.ron", "web.glb", "--compress"]);
     assert!(bytes("web.glb") * 3 < bytes("static.glb") * 2);
     OSP.at(&folder).done(["export", "b.ron", "b-web.glb", "--compress"]);
     let packed = bounds("b-web.glb").concat();
@@ -159,7 +159,7 @@ fn an_object_is_a_layer_or_a_stroke() {
     fs::write(folder.path().join("a.ron"), painted(&["Light", "Ink", "MatteHull"])).expect("written");
     let mut found = Vec::new();
     for objects in ["layers", "strokes"] {
-        OSP.at(&folder).done(["export", "a.ron", "a.glb", "--objects", objects, "--force"]);
+        OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", objects, "--force"]);
         let json = document(&folder.path().join("a.glb"));
         found.push(list(&json, "nodes").iter().map(|node| node["name"].to_string()).collect::<Vec<_>>());
         // A part of a mesh for each of its materials.
@@ -171,7 +171,7 @@ fn an_object_is_a_layer_or_a_stroke() {
     // The first frame of a session has less in it.
     let whole = fs::metadata(folder.path().join("a.glb")).expect("a model").len();
     let first = ["--objects", "strokes", "--frame", "0", "--force"];
-    OSP.at(&folder).done(["export", "a.ron", "a.glb"].iter().chain(&first));
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"].iter().chain(&first));
     assert!(fs::metadata(folder.path().join("a.glb")).expect("a model").len() < whole);
 }
 
@@ -187,7 +187,7 @@ fn an_export_writes_nothing_of_what_it_cannot_read() {
         (&["a.ron", "a.glb", "--frame", "100000"], &["100000", ""]),
         (&["damaged.ron", "a.glb"], &["damaged.ron", "line"]),
     ] {
-        assert_refused(&OSP.at(&folder).run([&["export"], args].concat()), words);
+        assert_refused(&OSP.run_in(folder.path(), [&["export"], args].concat()), words);
     }
     assert_eq!(names(folder.path()), ["a.ron", "damaged.ron"]);
 }

@@ -9,7 +9,7 @@ fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
     let session = osp_testkit::at("recordings/nested.ron");
     let session = session.to_str().expect("utf-8");
     let args = [&["replay", session, "--csv", "frames.csv", "--force"], more].concat();
-    OSP.at(folder).done(&args);
+    OSP.done_in(folder, &args);
     let lines = Lines::read(folder.join("frames.csv"));
     let prints = lines.column("fingerprint").iter().map(|print| (*print).to_owned()).collect();
     (lines.numbers("updated").iter().sum(), prints)

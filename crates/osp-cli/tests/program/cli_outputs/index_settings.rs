@@ -31,14 +31,14 @@ const SETTINGS: [[&str; 3]; 8] = [
 /// A folder with a session, `room.ron`.
 fn room() -> tempfile::TempDir {
     let folder = temp();
-    OSP.at(&folder).done(["synth", "room", "room.ron", "--polygons", "1500"]);
+    OSP.done_in(folder.path(), ["synth", "room", "room.ron", "--polygons", "1500"]);
     folder
 }
 
 /// A replay's run of one index, and the nodes, boxes and planes that it tested in all frames.
 fn replayed(folder: &Path, args: &[&str]) -> (Value, [u64; 3]) {
     let how = ["replay", "room.ron", "--pace", "samples:64", "--json", "--csv", "f.csv", "--force"];
-    let report = OSP.at(folder).json([&how[..], args].concat());
+    let report = OSP.json_in(folder, [&how[..], args].concat());
     let lines = Lines::read(folder.join("f.csv"));
     let work = ["nodes", "boxes", "planes"].map(|name| lines.numbers(name).iter().sum());
     (report["runs"][0].clone(), work)
@@ -76,7 +76,8 @@ fn all_polygons_of_cut_nodes_are_drawn_on_request() {
         assert!(visible(&drawn) > visible(&usual), "{index}: {drawn} {usual}");
     }
     let refused = |args: &[&str], words: &str| {
-        let said = OSP.at(&folder).refused([&["replay", "room.ron", "--cut-nodes", "drawn"], args].concat());
+        let said =
+            OSP.refused_in(folder.path(), [&["replay", "room.ron", "--cut-nodes", "drawn"], args].concat());
         assert!(said.contains(words), "{args:?}: {said}");
     };
     refused(&["--index", "osp-paper,osp"], "expected one index");
@@ -90,7 +91,7 @@ fn an_index_is_drawn_with_the_settings() {
     let folder = room();
     let nodes = |args: &[&str]| {
         let how = ["draw-index", "room.ron", "out.dot", "--as", "tree", "--force", "--index"];
-        let said = OSP.at(&folder).done([&how[..], args].concat());
+        let said = OSP.done_in(folder.path(), [&how[..], args].concat());
         let (before, _) = said.split_once(" nodes, ").expect("the number of nodes");
         let number = before.rsplit(' ').next().unwrap_or_default().replace(',', "");
         number.parse::<usize>().expect("a number")
@@ -115,7 +116,7 @@ fn a_setting_that_changes_nothing_is_refused() {
                 continue;
             }
             let args = [command, &["--index", "brute-force", option, value][..]].concat();
-            let said = OSP.at(&folder).refused(args);
+            let said = OSP.refused_in(folder.path(), args);
             assert!(said.contains(&format!("{option} is a setting of")), "{command:?}: {said}");
             for kind in IndexKind::ALL.iter().filter(|kind| kind.has(setting)) {
                 assert!(said.contains(kind.name()), "{} in {said}", kind.name());

@@ -35,7 +35,7 @@ fn no_part_of_a_message_is_told_twice() {
         cases.push(vec!["join", "nats://127.0.0.1:1/x", "none/o.ron"]);
     }
     for args in cases {
-        let said = OSP.at(&folder).refused(&args);
+        let said = OSP.refused_in(folder.path(), &args);
         let parts: Vec<_> = said.trim_start_matches("error: ").trim().split(": ").collect();
         for (i, part) in parts.iter().enumerate() {
             assert!(!parts[..i].contains(part), "{args:?}: {said}");
@@ -89,7 +89,7 @@ fn names_and_titles_do_not_command_the_terminal() {
         (vec!["import", &file, &svg], 2),
     ];
     for (args, code) in cases.into_iter().filter(|(args, _)| has(args)) {
-        let output = OSP.at(&folder).run(&args);
+        let output = OSP.run_in(folder.path(), &args);
         assert_eq!(output.status.code(), Some(code), "{args:?}: {}", stderr(&output));
         assert_harmless(&stdout(&output), &format!("{args:?}"));
         assert_harmless(&stderr(&output), &format!("{args:?}"));
@@ -108,7 +108,7 @@ fn names_and_titles_do_not_command_the_terminal() {
     assert_eq!(chart.is_ok(), cfg!(feature = "bench"));
     assert!(!chart.unwrap_or_default().chars().any(|c| c.is_control() && c != '\n'), "no XML otherwise");
     // On a terminal the progress is there, too.
-    let run = format!("{} replay \"$FILE\" --pace samples:1", OSP.file);
+    let run = format!("{} replay \"$FILE\" --pace samples:1", OSP.0);
     let mut script = std::process::Command::new("script");
     script.args(["-qec", &run, "/dev/null"]).env("TERM", "xterm").env("FILE", folder.path().join(&file));
     match script.output() {

@@ -29,9 +29,9 @@ fn info_counts_the_polygons_that_are_drawn() {
         text += &format!("End(t:0,stroke:{stroke})\n");
     }
     fs::write(folder.path().join("a.ron"), text).expect("written");
-    let exported = OSP.at(&folder).run(["export", "a.ron", "a.glb"]);
+    let exported = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb"]);
     assert!(stderr(&exported).contains("strokes in hidden layers are not written: 2\n"), "{exported:?}");
-    let info = OSP.at(&folder).json(["info", "a.ron", "--json"]);
+    let info = OSP.json_in(folder.path(), ["info", "a.ron", "--json"]);
     let count = |key: &str| info[key].as_u64().expect("a count");
     let (drawn, hidden) = (count("polygons_visible_at_end"), count("polygons_hidden_at_end"));
     let rows = info["brushes"].as_array().expect("brushes").iter();
@@ -42,7 +42,7 @@ fn info_counts_the_polygons_that_are_drawn() {
     assert_eq!(count("polygons"), drawn + hidden + 2 * count("polygons_without_area"));
     let said = stdout(&exported).replace(',', "");
     assert!(said.contains(&format!(" {drawn} polygons ")), "{drawn}: {said}");
-    let text = stdout(&OSP.at(&folder).run(["info", "a.ron"])).replace(',', "");
+    let text = stdout(&OSP.run_in(folder.path(), ["info", "a.ron"])).replace(',', "");
     let without = count("polygons_without_area");
     let line =
         format!("({drawn} in the model at the end {hidden} hidden {without} without area are not drawn)");
@@ -54,7 +54,7 @@ fn info_counts_the_polygons_that_are_drawn() {
 fn a_window_makes_no_folder_for_a_session() {
     let folder = temp();
     for path in ["missing/a.ron", "missing/more/a.ron"] {
-        let output = OSP.at(&folder).run(["sketch", path, "--autosave", "autosaves"]);
+        let output = OSP.run_in(folder.path(), ["sketch", path, "--autosave", "autosaves"]);
         let missing = path.trim_end_matches("/a.ron");
         super::assert_refused(&output, &[path, &format!("the folder {missing} does not exist")]);
         assert!(!folder.path().join("missing").exists());

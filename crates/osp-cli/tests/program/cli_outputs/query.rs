@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::write_session;
 
 fn query(folder: &std::path::Path, args: &[&str]) -> Value {
-    OSP.at(folder).json(["query"].iter().chain(args).chain(&["--json"]))
+    OSP.json_in(folder, ["query"].iter().chain(args).chain(&["--json"]))
 }
 
 fn distances(report: &Value) -> Vec<f64> {

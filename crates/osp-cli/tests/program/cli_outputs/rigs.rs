@@ -25,7 +25,7 @@ fn write_rig(folder: &Path, name: &str, screens: &[&str]) {
 
 fn replayed(folder: &Path, args: &[&str]) -> Lines {
     let how = ["replay", &room(), "--pace", "samples:400", "--csv", "f.csv", "--force"];
-    OSP.at(folder).done(how.iter().chain(args));
+    OSP.done_in(folder, how.iter().chain(args));
     let lines = Lines::read(folder.join("f.csv"));
     assert!(lines.rows.len() > 25, "{} lines", lines.rows.len());
     lines
@@ -72,7 +72,7 @@ fn two_screens_show_what_each_shows_alone() {
 }
 
 fn json(folder: &Path, args: &[&str]) -> Value {
-    OSP.at(folder).json(args.iter().chain(&["--json"]))
+    OSP.json_in(folder, args.iter().chain(&["--json"]))
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_rig_has_two_eyes_if_its_stereo_has_and_nothing_visible_is_culled() {
         let is_positive = |name: &str| run["against_one_view"][name].as_f64() > Some(0.0);
         assert!(is_positive("all_views_us") && is_positive("ratio"), "{run}");
     }
-    let table = stdout(&OSP.at(&folder).run(&args[..args.len() - 2]));
+    let table = stdout(&OSP.run_in(folder.path(), &args[..args.len() - 2]));
     for words in ["left eye", "right eye", "all views", "views x one", "dual-wall, side-by-side"] {
         assert!(table.contains(words), "{words}: {table}");
     }
@@ -119,7 +119,7 @@ fn screens_without_a_view_are_named() {
     let room = room();
     let replay = |more: &[&str]| {
         let args = ["replay", &room, "--pace", "samples:400", "--index", "osp,brute-simd"];
-        OSP.at(&folder).done(args.iter().chain(more))
+        OSP.done_in(folder.path(), args.iter().chain(more))
     };
     let said = replay(&["--rig", "two.rig"]);
     let words = "behind: no view in 31 of 31 frames: the eye was not in front of the screen.";
@@ -144,7 +144,7 @@ fn screens_without_a_view_are_named() {
     fs::write(folder.path().join("walk.ron"), walk).expect("written");
     let args = ["replay", "walk.ron", "--pace", "samples:1", "--rig", "dual-wall", "--room", "stands"];
     for occlusion in [&[][..], &["--occlusion", "msvbsp,depth-last,auto", "--verify-frames", "4"]] {
-        let said = stdout(&OSP.at(&folder).run(args.iter().chain(occlusion)));
+        let said = stdout(&OSP.run_in(folder.path(), args.iter().chain(occlusion)));
         for eye in ["left eye", "right eye"] {
             let line =
                 format!("right, {eye}: no view in 3 of 8 frames: the {eye} was not in front of the screen.");
@@ -152,7 +152,7 @@ fn screens_without_a_view_are_named() {
         }
     }
     // A room that follows shows every frame on both.
-    let said = stdout(&OSP.at(&folder).run(&args[..6]));
+    let said = stdout(&OSP.run_in(folder.path(), &args[..6]));
     assert!(said.contains("8 frames") && !said.contains("no view"), "{said}");
 }
 
@@ -161,7 +161,7 @@ fn a_pin_on_a_rig_is_another_one() {
     let folder = temp();
     write_session(folder.path(), "a.ron");
     let replay =
-        |more: &[&str]| OSP.at(&folder).run(["replay", "a.ron", "--index", "osp"].iter().chain(more));
+        |more: &[&str]| OSP.run_in(folder.path(), ["replay", "a.ron", "--index", "osp"].iter().chain(more));
     let rig = ["--rig", "dual-wall"];
     assert!(replay(&[&rig[..], &["--pin", "p.pins"]].concat()).status.success());
     assert!(replay(&[&rig[..], &["--check", "p.pins"]].concat()).status.success());
@@ -188,7 +188,7 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
     }
     for args in commands {
         let said = |more: &[&str]| {
-            let mut command = OSP.at(&folder).without_display(args.iter().chain(more));
+            let mut command = OSP.without_display_in(folder.path(), args.iter().chain(more));
             command.output().expect("the program starts")
         };
         assert_refused(&said(&["--rig", "dual-wal"]), &["`dual-wal`", "desktop, dual-wall, cave4", "a file"]);
@@ -198,7 +198,7 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
         }
     }
     let onto_itself = ["replay", "a.ron", "--csv", "mine.rig", "--rig", "mine.rig", "--force"];
-    assert_refused(&OSP.at(&folder).run(onto_itself), &["mine.rig", "an input"]);
+    assert_refused(&OSP.run_in(folder.path(), onto_itself), &["mine.rig", "an input"]);
     assert_eq!(names(folder.path()), ["a.ron", "bad.rig", "mine.rig"]);
 }
 
@@ -209,17 +209,17 @@ fn a_rig_is_checked_shown_and_drawn() {
     write_rig(folder.path(), "turned", &[LEFT, BEHIND]);
     fs::write(folder.path().join("broken.rig"), "(name: \"a\",\n screens: 3)").expect("written");
     for shipped in ["dual-wall", "cave4", "desktop"] {
-        OSP.at(&folder).done(["rig", "show", shipped]);
+        OSP.done_in(folder.path(), ["rig", "show", shipped]);
     }
-    let turned = OSP.at(&folder).run(["rig", "show", "turned.rig"]);
+    let turned = OSP.run_in(folder.path(), ["rig", "show", "turned.rig"]);
     assert_eq!(turned.status.code(), Some(1));
     let said = stderr(&turned);
     assert!(said.contains("`behind`") && said.contains("turned.rig"), "{said}");
-    let broken = OSP.at(&folder).run(["rig", "show", "broken.rig"]);
+    let broken = OSP.run_in(folder.path(), ["rig", "show", "broken.rig"]);
     assert_refused(&broken, &["broken.rig, line 2"]);
 
     let plan = cfg!(feature = "bench").then_some("plan.svg");
-    let shown = OSP.at(&folder).done(["rig", "show", "walls.rig"].into_iter().chain(plan));
+    let shown = OSP.done_in(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
     // Walls of 2.4 m by 1.8 m, and the head 1.2 m from each.
     let rows = shown.lines().filter(|line| line.contains("2.400"));
     let is_right = |row: &str| ["1.800", "1.200", "90.0"].iter().all(|number| row.contains(number));
@@ -227,14 +227,14 @@ fn a_rig_is_checked_shown_and_drawn() {
     let behind = stdout(&turned);
     assert!(behind.lines().any(|line| line.matches("behind").count() == 3), "{behind}");
     if plan.is_none() {
-        let refused = OSP.at(&folder).run(["rig", "show", "walls.rig", "plan.svg"]);
+        let refused = OSP.run_in(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
         assert_refused(&refused, &["osp rig show RIG PLAN", "feature `bench`"]);
         return;
     }
     let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
     assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
     fs::write(folder.path().join("mine.svg"), "my text").expect("written");
-    OSP.at(&folder).refused(["rig", "show", "walls.rig", "mine.svg"]);
+    OSP.refused_in(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
     assert_eq!(fs::read(folder.path().join("mine.svg")).expect("a file"), b"my text");
-    OSP.at(&folder).done(["rig", "show", "cave4", "plan.png"]);
+    OSP.done_in(folder.path(), ["rig", "show", "cave4", "plan.png"]);
 }

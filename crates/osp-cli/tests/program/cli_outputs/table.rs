@@ -67,7 +67,7 @@ fn run(folder: &Path, command: &str, out: &str, force: bool, case: &str) -> bool
         files.map(|name| (name.clone(), fs::read(folder.join(name)).expect("a file"))).collect()
     };
     let before = contents();
-    let output = OSP.at(folder).run(args(command, out, force));
+    let output = OSP.run_in(folder, args(command, out, force));
     let said = stderr(&output);
     let is_done = output.status.success();
     if !is_done {
@@ -141,7 +141,7 @@ fn the_file_behind_standard_input_is_an_input_too() {
         let before = io::read_to_string(file()).expect("text");
         let words = args(command, out, true).into_iter();
         let words = words.map(|word| if word == "in.ron" { "-".to_owned() } else { word });
-        let output = OSP.at(&folder).command(words).stdin(file()).output().expect("the program starts");
+        let output = OSP.command_in(folder.path(), words).stdin(file()).output().expect("the program starts");
         assert_eq!(output.status.code(), Some(2), "{command} to {out}");
         let after = io::read_to_string(file()).expect("text");
         assert_eq!(after, before, "{command} to {out}: {}", stderr(&output));
@@ -165,7 +165,7 @@ fn other_files_of_a_session_are_inputs_too() {
     fs::write(at("m.gltf"), triangle).expect("written");
     fs::write(at("n.gltf"), triangle.replace("b.ndjson", "b.png")).expect("written");
     write_session(folder.path(), "in.ron");
-    OSP.at(&folder).done(["replay", "in.ron", "--pin", "p.pins"]);
+    OSP.done_in(folder.path(), ["replay", "in.ron", "--pin", "p.pins"]);
     for (command, out) in [
         ("replay a.tilt --csv @", "a.tilt/data.sketch"),
         ("replay m.gltf --csv @", "b.ndjson"),
@@ -182,7 +182,7 @@ fn other_files_of_a_session_are_inputs_too() {
     // As a shell does it with `>>`.
     for command in ["import in.ron -", "replay in.ron --csv -"] {
         let onto = fs::File::options().append(true).open(at("in.ron")).expect("the session");
-        let output = OSP.at(&folder).command(command.split(' ')).stdout(onto).output().expect("osp");
+        let output = OSP.command_in(folder.path(), command.split(' ')).stdout(onto).output().expect("osp");
         assert!(stderr(&output).contains("an input, too"), "{command}: {}", stderr(&output));
         assert_eq!(fs::read_to_string(at("in.ron")).expect("there"), session_text(6.0), "{command}");
     }
@@ -194,7 +194,7 @@ fn two_outputs_of_one_command_need_two_files() {
     write_session(folder.path(), "in.ron");
     symlink("there", folder.path().join("link")).expect("linked");
     for (csv, pin) in [("x", "x"), ("x", "./x"), ("there", "link")] {
-        let said = OSP.at(&folder).refused(["replay", "in.ron", "--csv", csv, "--pin", pin]);
+        let said = OSP.refused_in(folder.path(), ["replay", "in.ron", "--csv", csv, "--pin", pin]);
         assert!(said.contains("cannot both"), "{said}");
     }
 }
@@ -206,8 +206,8 @@ fn what_adds_to_a_file_knows_it_by_its_content() {
     let at = |name: &str| folder.path().join(name);
     for name in ["in.ron", "bbb.ron"] {
         write_session(folder.path(), name);
-        OSP.at(&folder).done(["replay", name, "--pin", "all.pins"]);
-        OSP.at(&folder).done(["study", name, "--out", "all.ndjson"]);
+        OSP.done_in(folder.path(), ["replay", name, "--pin", "all.pins"]);
+        OSP.done_in(folder.path(), ["study", name, "--out", "all.ndjson"]);
     }
     let pins = fs::read_to_string(at("all.pins")).expect("pins");
     assert!(pins.contains("\"in.ron\"") && pins.contains("\"bbb.ron\""), "{pins}");
@@ -244,7 +244,7 @@ fn a_pipe_and_standard_output_are_written_to_directly() {
         if command.contains("convert") || [".mp4", ".zst"].iter().any(|end| out.ends_with(end)) {
             continue;
         }
-        let output = OSP.at(folder).run(args(command, "-", false));
+        let output = OSP.run_in(folder, args(command, "-", false));
         assert!(output.status.success(), "{command}: {}", stderr(&output));
         let is_drawing =
             ["--chart", "draw-index", "draw-occlusion"].iter().any(|word| command.contains(word));
@@ -272,7 +272,7 @@ fn a_session_that_somebody_has_open_is_not_written_into() {
     write_session(folder.path(), "in.ron");
     let other = write_session(folder.path(), "b.ron");
     for command in ["replay in.ron --csv @", "import in.ron @", "synth scribble @"] {
-        let mut osp = OSP.at(&folder).command(args(command, "/dev/fd/0", false));
+        let mut osp = OSP.command_in(folder.path(), args(command, "/dev/fd/0", false));
         let output = osp.stdin(fs::File::open(&other).expect("opened to be read")).output().expect("osp");
         assert_eq!(output.status.code(), Some(2), "{command}");
         assert_eq!(fs::read_to_string(&other).expect("there"), session_text(5.0), "{command}");

@@ -13,7 +13,7 @@ fn a_narrow_terminal_gets_a_table_that_fits() {
     let args = ["replay", &grow(), "--pace", "samples:200", "--index", "osp,brute-force"];
     let replay = |columns: &str| {
         let output =
-            OSP.at(&folder).command(args).env("COLUMNS", columns).output().expect("the program starts");
+            OSP.command_in(folder.path(), args).env("COLUMNS", columns).output().expect("the program starts");
         assert!(output.status.success(), "{}", stderr(&output));
         stdout(&output)
     };
@@ -44,8 +44,8 @@ fn a_narrow_terminal_gets_a_table_that_fits() {
 fn shells_get_completions() {
     let folder = temp();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = OSP.at(&folder).done(["completions", shell]);
+        let script = OSP.done_in(folder.path(), ["completions", shell]);
         assert!(script.contains("draw-index") && script.contains("occlusion"), "{shell}");
     }
-    assert_eq!(OSP.at(&folder).run(["completions", "csh"]).status.code(), Some(2));
+    assert_eq!(OSP.run_in(folder.path(), ["completions", "csh"]).status.code(), Some(2));
 }

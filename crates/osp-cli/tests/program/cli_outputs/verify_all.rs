@@ -13,7 +13,7 @@ fn folder_of_sessions() -> tempfile::TempDir {
     fs::create_dir_all(folder.path().join("all/deep/deeper")).expect("folders");
     for (i, name) in ["all/a.ron", "all/deep/b.ron", "all/deep/deeper/c.ron"].into_iter().enumerate() {
         let seed = i.to_string();
-        OSP.at(&folder).done(["synth", "room", name, "--polygons", "200", "--seed", &seed]);
+        OSP.done_in(folder.path(), ["synth", "room", name, "--polygons", "200", "--seed", &seed]);
     }
     fs::write(folder.path().join("all/notes.txt"), "no session").expect("a file");
     folder
@@ -22,7 +22,7 @@ fn folder_of_sessions() -> tempfile::TempDir {
 #[test]
 fn every_session_below_a_folder_is_verified_and_summed_up() {
     let folder = folder_of_sessions();
-    let text = OSP.at(&folder).done(["verify", "--all", "all"].into_iter().chain(QUICK));
+    let text = OSP.done_in(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
     for name in ["a.ron", "deep/b.ron", "deep/deeper/c.ron"] {
         assert_eq!(text.lines().filter(|line| line.starts_with(&format!(" {name} "))).count(), 1, "{text}");
     }
@@ -37,7 +37,7 @@ fn the_parts_are_all_sessions_once() {
     let mut lines: Vec<String> = Vec::new();
     for part in ["1/2", "2/2"] {
         let args = ["verify", "--all", "--json", "--part", part, "all"];
-        let said = OSP.at(&folder).done(args.into_iter().chain(QUICK));
+        let said = OSP.done_in(folder.path(), args.into_iter().chain(QUICK));
         lines.extend(said.lines().map(str::to_owned));
     }
     assert_eq!(lines.len(), 3);
@@ -52,7 +52,7 @@ fn the_parts_are_all_sessions_once() {
 fn a_damaged_session_is_named_and_the_others_are_verified() {
     let folder = folder_of_sessions();
     fs::write(folder.path().join("all/deep/bad.ron"), "Header(version: 2)\nnonsense\n").expect("a file");
-    let output = OSP.at(&folder).run(["verify", "--all", "all"].into_iter().chain(QUICK));
+    let output = OSP.run_in(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("bad.ron"), "{}", stderr(&output));
     assert!(

@@ -18,7 +18,7 @@ fn a_table_appears_when_all_sessions_are_played_or_not_at_all() {
         if let Some(text) = existing {
             fs::write(folder.path().join("t.csv"), text).expect("written");
         }
-        OSP.at(&folder).refused(args);
+        OSP.refused_in(folder.path(), args);
         assert_eq!(fs::read_to_string(folder.path().join("t.csv")).ok().as_deref(), existing);
     }
     assert_eq!(names(folder.path()), ["a.ron", "b.ron", "t.csv"]);
@@ -30,17 +30,17 @@ fn render_treats_damage_as_replay_does() {
     let folder = temp();
     let damaged = session_text(0.0).replacen("Point(t: 2", "Pont(t: 2", 1);
     fs::write(folder.path().join("damaged.ron"), damaged).expect("written");
-    let replay = OSP.at(&folder).run(["replay", "damaged.ron"]);
+    let replay = OSP.run_in(folder.path(), ["replay", "damaged.ron"]);
     super::assert_refused(&replay, &["damaged.ron, line "]);
     if let Err(error) = osp_render::Gpu::headless() {
         eprintln!("skipped `osp render`: {error}");
         return;
     }
-    let render = OSP.at(&folder).run(["render", "damaged.ron", "p.png", "--size", "32x32"]);
+    let render = OSP.run_in(folder.path(), ["render", "damaged.ron", "p.png", "--size", "32x32"]);
     assert_eq!(render.status.code(), Some(2));
     assert_eq!(stderr(&render), stderr(&replay));
     assert_eq!(names(folder.path()), ["damaged.ron"]);
-    OSP.at(&folder).done(["render", "damaged.ron", "p.png", "--size", "32x32", "--lenient"]);
+    OSP.done_in(folder.path(), ["render", "damaged.ron", "p.png", "--size", "32x32", "--lenient"]);
 }
 
 /// A signal while a file is being written: it ends the program as it always does, and nothing is left.
@@ -62,7 +62,7 @@ fn a_signal_leaves_nothing_unfinished() {
         }
         let args = ["synth", "scribble", "--polygons", "4000000000", "old.ron", "--force"];
         let mut child =
-            OSP.at(folder).command(args).stderr(Stdio::null()).spawn().expect("the program starts");
+            OSP.command_in(folder, args).stderr(Stdio::null()).spawn().expect("the program starts");
         let is_writing = || {
             let unfinished = names(folder).into_iter().find(|name| name.starts_with(".unfinished-"));
             unfinished.is_some_and(|name| fs::metadata(folder.join(name)).is_ok_and(|data| data.len() > 0))
@@ -98,7 +98,7 @@ fn a_signal_that_is_ignored_stays_ignored() {
     let folder = temp();
     let script = format!(
         "trap '' INT HUP; exec {} synth scribble --polygons 400000 out.ron",
-        OSP.file.replace('\'', "'\\''")
+        OSP.0.replace('\'', "'\\''")
     );
     let mut child =
         Command::new("sh").args(["-c", &script]).current_dir(folder.path()).spawn().expect("a shell");
@@ -125,7 +125,7 @@ fn a_pipe_that_nobody_reads_any_more_is_no_error() {
     ] {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
-        let output = OSP.at(&folder).command(args).stdout(writer).output().expect("osp");
+        let output = OSP.command_in(folder.path(), args).stdout(writer).output().expect("osp");
         assert!(output.status.success(), "{args:?}: {}", stderr(&output));
     }
 }

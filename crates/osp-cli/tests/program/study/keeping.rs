@@ -9,14 +9,14 @@ use std::{
 
 use super::{facts, lines, names, sessions};
 use crate::OSP;
-use osp_testkit::{boxes::Rng, stderr, temp, wait_until};
+use osp_testkit::{stderr, temp, wait_until};
 
 const SESSIONS: usize = 10;
 /// Makes a session take some tens of milliseconds.
 const SLOWLY: [&str; 6] = ["study", "in", "--out", "r.ndjson", "--pace", "samples:1"];
 
 fn started(folder: &Path, args: &[&str]) -> Child {
-    let mut command = OSP.at(folder).command(args);
+    let mut command = OSP.command_in(folder, args);
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
 }
 
@@ -44,13 +44,13 @@ fn killed_at_any_point_it_goes_on_and_measures_nothing_twice() {
         assert!(now.starts_with(&before), "a line was changed");
         before = now;
     }
-    OSP.at(&folder).done(SLOWLY);
+    OSP.done_in(folder.path(), SLOWLY);
     let found = lines(&path);
     assert_eq!(found.len(), SESSIONS, "{:?}", names(&found));
     assert!(fs::read(&path).expect("there").starts_with(&before));
     // As if nothing had happened.
     let whole = SLOWLY.map(|word| if word == "r.ndjson" { "whole.ndjson" } else { word });
-    OSP.at(&folder).done(whole);
+    OSP.done_in(folder.path(), whole);
     let whole = lines(&folder.path().join("whole.ndjson"));
     for (one, other) in found.iter().zip(&whole) {
         assert_eq!((&one["file"], &one["file_hash"]), (&other["file"], &other["file_hash"]));
@@ -63,7 +63,7 @@ const ARGS: [&str; 4] = ["study", "in", "--out", "r.ndjson"];
 /// The file of a study of two sessions, and its lines.
 fn studied(folder: &Path) -> (PathBuf, Vec<u8>) {
     sessions(folder, 2);
-    OSP.at(folder).done(ARGS);
+    OSP.done_in(folder, ARGS);
     let path = folder.join("r.ndjson");
     let whole = fs::read(&path).expect("there");
     (path, whole)
@@ -75,7 +75,7 @@ fn a_part_of_a_line_stays_and_is_passed_over() {
     let (path, whole) = studied(folder.path());
     let cut = whole.len() - 100;
     fs::write(&path, &whole[..cut]).expect("written");
-    assert!(OSP.at(&folder).done(ARGS).starts_with("2 sessions: 1 measured now, 1 before;"));
+    assert!(OSP.done_in(folder.path(), ARGS).starts_with("2 sessions: 1 measured now, 1 before;"));
     let now = fs::read(&path).expect("there");
     assert!(now.starts_with(&[&whole[..cut], b"\n{\"osp_study\":"].concat()));
     assert_eq!(names(&lines(&path)), ["deep/s1.ron", "s0.ron"]);
@@ -103,7 +103,7 @@ fn several_processes_add_to_one_file() {
 /// It is refused, and the file stays what it was.
 fn is_refused(folder: &Path, args: &[&str], file: &str, says: &str) {
     let before = fs::read(folder.join(file)).expect("there");
-    let said = OSP.at(folder).refused(args);
+    let said = OSP.refused_in(folder, args);
     assert!(said.contains(file) && said.contains(says) && said.lines().count() == 1, "{args:?}: {said}");
     assert!(fs::read(folder.join(file)).expect("there") == before, "{args:?}");
 }
@@ -119,11 +119,11 @@ fn the_file_of_another_program_is_replaced_only_when_asked() {
         is_refused(folder.path(), &args, "r.ndjson", "--force");
     }
     let with_force = args.into_iter().chain(["--force"]);
-    OSP.at(&folder).done(with_force.clone());
+    OSP.done_in(folder.path(), with_force.clone());
     let first = lines(&path);
     assert_eq!(names(&first), ["deep/s1.ron", "s0.ron"]);
     // Begun anew: all are measured again.
-    assert!(OSP.at(&folder).done(with_force).starts_with("2 sessions: 2 measured now, 0 before;"));
+    assert!(OSP.done_in(folder.path(), with_force).starts_with("2 sessions: 2 measured now, 0 before;"));
     assert_eq!(lines(&path).len(), 2);
     // A session that is read is replaced by nothing.
     fs::copy(folder.path().join("in/s0.ron"), folder.path().join("s.ndjson")).expect("copied");
@@ -144,29 +144,35 @@ fn a_pipe_or_a_device_is_no_file_to_add_to() {
     for out in ["pipe.ndjson", "zero.ndjson", "full.ndjson", "null.ndjson", "/dev/stderr"] {
         for more in [None, Some("--force")] {
             let args: Vec<&str> = ["study", "in", "--out", out].into_iter().chain(more).collect();
-            let said = OSP.at(&folder).refused(&args);
+            let said = OSP.refused_in(folder.path(), &args);
             assert!(said.contains(out) && said.contains("found a pipe or a device"), "{args:?}: {said}");
             assert_eq!(said.lines().count(), 1, "{args:?}: {said}");
         }
     }
     // As for every output, `-` is standard output.
-    assert!(OSP.at(&folder).done(["study", "in", "--out", "-"]).starts_with("{\"osp_study\":"));
+    assert!(OSP.done_in(folder.path(), ["study", "in", "--out", "-"]).starts_with("{\"osp_study\":"));
+}
+
+/// A number below 2 to the power of 31.
+fn random(state: &mut u64) -> usize {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 33) as usize
 }
 
 #[test]
 fn damaged_lines_are_measured_again_and_lose_nothing() {
     let folder = temp();
     let (path, whole) = studied(folder.path());
-    let mut random = Rng(7);
+    let mut state = 7;
     for _ in 0..20 {
         let mut bytes = whole.clone();
-        for _ in 0..1 + random.below(4) {
+        for _ in 0..1 + random(&mut state) % 4 {
             // Behind its beginning, which says whose it is.
-            let at = 13 + random.below(whole.len() - 13);
-            bytes[at] = random.next() as u8;
+            let at = 13 + random(&mut state) % (whole.len() - 13);
+            bytes[at] = random(&mut state) as u8;
         }
         fs::write(&path, &bytes).expect("written");
-        OSP.at(&folder).done(ARGS);
+        OSP.done_in(folder.path(), ARGS);
         assert!(fs::read(&path).expect("there").starts_with(&bytes));
         let known = lines_of_any_text(&path).iter().filter(|line| is_whole(line)).count();
         assert!(known >= 2, "{}", String::from_utf8_lossy(&bytes));
@@ -194,6 +200,6 @@ fn a_line_without_end_is_not_read_into_memory() {
     // A hole of 64 GiB: no disk holds it, and no memory.
     file.set_len(64 << 30).expect("a sparse file");
     drop(file);
-    let said = OSP.at(&folder).refused(["study", "in", "--out", "long.ndjson"]);
+    let said = OSP.refused_in(folder.path(), ["study", "in", "--out", "long.ndjson"]);
     assert!(said.contains("long.ndjson: byte 0: expected a line of fewer than 16777216 bytes"), "{said}");
 }

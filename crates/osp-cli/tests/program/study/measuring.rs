@@ -12,7 +12,7 @@ use osp_testkit::{stderr, stdout, temp};
 fn is_as_replayed(folder: &Path, session: &Path, options: &[&str], line: &Value) {
     let mut args = vec!["replay".into(), session.as_os_str().to_owned(), "--json".into()];
     args.extend(options.iter().map(Into::into));
-    let replayed: Value = serde_json::from_str(&OSP.at(folder).done(args)).expect("one JSON object");
+    let replayed: Value = serde_json::from_str(&OSP.done_in(folder, args)).expect("one JSON object");
     assert_eq!(facts(&line["report"]), facts(&replayed), "{}", session.display());
     for run in line["report"]["runs"].as_array().expect("runs") {
         let times = ["p50", "p95", "p99", "max"].map(|name| run["frame_us"][name].as_f64().expect("a time"));
@@ -26,7 +26,7 @@ fn the_shipped_sessions_are_measured_as_replay_does() {
     let shipped = Path::new(osp_testkit::ROOT).join("recordings");
     let name = shipped.to_str().expect("utf-8");
     let options = ["--pace", "samples:32"];
-    let said = OSP.at(&folder).done(["study", name, "--out", "r.ndjson"].iter().chain(&options));
+    let said = OSP.done_in(folder.path(), ["study", name, "--out", "r.ndjson"].iter().chain(&options));
     assert!(said.contains(" measured now, 0 before; r.ndjson"), "{said}");
     let lines = lines(&folder.path().join("r.ndjson"));
     assert!(lines.len() >= 5, "{lines:?}");
@@ -48,7 +48,7 @@ fn without_a_file_lines_are_printed() {
     let folder = temp();
     sessions(folder.path(), 2);
     let options = ["--occlusion", "none,msvbsp", "--camera", "inside"];
-    let said = OSP.at(&folder).done(["study", "in"].iter().chain(&options));
+    let said = OSP.done_in(folder.path(), ["study", "in"].iter().chain(&options));
     assert_eq!(said.lines().count(), 2, "{said}");
     for line in said.lines() {
         let line: Value = serde_json::from_str(line).expect("JSON");
@@ -67,7 +67,7 @@ fn a_session_that_cannot_be_read_is_a_line_and_the_others_are_measured() {
     let args = ["study", "in", "--out", "r.ndjson"];
     // What is damaged is not tried again, but still said; with other options it is tried.
     for (now, more, count) in [(5, None, 5), (0, None, 5), (5, Some("--lenient"), 10)] {
-        let output = OSP.at(&folder).run(args.into_iter().chain(more));
+        let output = OSP.run_in(folder.path(), args.into_iter().chain(more));
         let (said, warned) = (stdout(&output), stderr(&output));
         assert_eq!(output.status.code(), Some(2), "{warned}");
         assert!(said.starts_with(&format!("5 sessions: {now} measured now, ")), "{said}");
@@ -98,12 +98,12 @@ fn what_the_system_refuses_today_it_may_give_tomorrow() {
     fs::remove_file(&session).expect("removed");
     assert!(osp_testkit::make_pipe(&session));
     let args = ["study", "in/s0.ron", "in/deep/s1.ron", "--out", "r.ndjson"];
-    OSP.at(&folder).refused(args);
+    OSP.refused_in(folder.path(), args);
     let found = lines(&folder.path().join("r.ndjson"));
     assert!(field(&found[0], "error").contains("a pipe or a device") && found[0]["file_hash"].is_null());
     fs::remove_file(&session).expect("removed");
     fs::write(&session, text).expect("written");
-    let said = OSP.at(&folder).done(args);
+    let said = OSP.done_in(folder.path(), args);
     assert!(said.starts_with("2 sessions: 1 measured now, 1 before;"), "{said}");
 }
 
@@ -112,19 +112,19 @@ fn contents_count_and_names_do_not() {
     let folder = temp();
     sessions(folder.path(), 2);
     fs::copy(folder.path().join("in/s0.ron"), folder.path().join("in/again.ron")).expect("copied");
-    let said = OSP.at(&folder).done(["study", "in", "--out", "r.ndjson"]);
+    let said = OSP.done_in(folder.path(), ["study", "in", "--out", "r.ndjson"]);
     assert!(said.starts_with("3 sessions: 2 measured now, 1 before;"), "{said}");
     // A session that has another name by now, or another place, is known; one that has grown is not.
     fs::rename(folder.path().join("in"), folder.path().join("moved")).expect("renamed");
     fs::rename(folder.path().join("moved/s0.ron"), folder.path().join("moved/t.ron")).expect("renamed");
     let args = ["study", "moved", "--out", "r.ndjson"];
-    assert!(OSP.at(&folder).done(args).starts_with("3 sessions: 0 measured now, 3 before;"));
+    assert!(OSP.done_in(folder.path(), args).starts_with("3 sessions: 0 measured now, 3 before;"));
     let grown = folder.path().join("moved/t.ron");
     let text = fs::read_to_string(&grown).expect("a session") + "Undo(t: 1000.0)\n";
     fs::write(&grown, text).expect("written");
-    assert!(OSP.at(&folder).done(args).starts_with("3 sessions: 1 measured now, 2 before;"));
+    assert!(OSP.done_in(folder.path(), args).starts_with("3 sessions: 1 measured now, 2 before;"));
     // With other options all are measured again, beside the first.
-    let said = OSP.at(&folder).done(args.into_iter().chain(["--pace", "samples:8"]));
+    let said = OSP.done_in(folder.path(), args.into_iter().chain(["--pace", "samples:8"]));
     assert!(said.starts_with("3 sessions: 3 measured now, 0 before;"), "{said}");
     let found = lines(&folder.path().join("r.ndjson"));
     assert_eq!(names(&found).len(), 6, "{found:?}");
@@ -135,7 +135,7 @@ fn the_lines_of_a_study_are_no_session() {
     let folder = temp();
     sessions(folder.path(), 2);
     for now in [2, 0] {
-        let said = OSP.at(&folder).done(["study", "in", "--out", "in/r.ndjson"]);
+        let said = OSP.done_in(folder.path(), ["study", "in", "--out", "in/r.ndjson"]);
         assert!(said.starts_with(&format!("2 sessions: {now} measured now, ")), "{said}");
     }
 }

@@ -52,7 +52,7 @@ fn ask(python: &str, folder: &Path, question: &str) -> Vec<Value> {
 fn a_study(folder: &Path) -> Vec<Value> {
     sessions(folder, 4);
     fs::write(folder.join("in/bad.ron"), "Header(version: 2)\n").expect("written");
-    assert_eq!(OSP.at(folder).run(["study", "in", "--out", "results.ndjson"]).status.code(), Some(2));
+    assert_eq!(OSP.run_in(folder, ["study", "in", "--out", "results.ndjson"]).status.code(), Some(2));
     lines(&folder.join("results.ndjson"))
 }
 
@@ -104,7 +104,7 @@ fn the_questions_in_sql_are_answered() {
 
 /// The path of programs with the built `osp` first.
 fn path_with_osp() -> std::ffi::OsString {
-    let folder = Path::new(OSP.file).parent().expect("a folder").to_owned();
+    let folder = Path::new(OSP.0).parent().expect("a folder").to_owned();
     let others = std::env::var_os("PATH").unwrap_or_default();
     let all = std::iter::once(folder).chain(std::env::split_paths(&others));
     std::env::join_paths(all).expect("a path")

@@ -51,8 +51,13 @@ fn a_copy_has_all_of_a_stroke_and_nothing_of_others() {
         let paint = Some(Box::new(Paint { scale: 0.5, layer: 2, ..Paint::new("Ink", 7) }));
         Begin { width, color, normal, thinnest: 0.1, paint, ..Begin::of(stroke) }.event()
     };
-    let point =
-        |stroke, x: f32| Event::Point { t: 1.0, stroke, p: Vec3::X * x, q: Quat::IDENTITY, pressure: 0.5 };
+    let point = |stroke, x: f32| Event::Point {
+        t: 1.0,
+        stroke,
+        p: Vec3::new(x, 0.0, 0.0),
+        q: Quat::IDENTITY,
+        pressure: 0.5,
+    };
     let face = |stroke| polygon(Some(stroke), [Vec3::ZERO, Vec3::X, Vec3::Y], (0.0, 1.0, 0.0, 1.0));
     let events = [
         point(of, 7.0),
@@ -67,7 +72,10 @@ fn a_copy_has_all_of_a_stroke_and_nothing_of_others() {
     let plain = Alteration::NONE.copy(&events, of, copy, 8.0);
     let at = |event: &Event| {
         let mut event = event.clone();
-        *event.time_mut() = 8.0;
+        match &mut event {
+            Event::Begin { t, .. } | Event::Point { t, .. } | Event::Polygon { t, .. } => *t = 8.0,
+            _ => {}
+        }
         event
     };
     let end = Event::End { t: 8.0, stroke: copy };

@@ -5,7 +5,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Transform},
     scene::Scene,
 };
-use osp_testkit::events::{Begin, By, point, polygon};
+use osp_testkit::events::{Begin, By, point};
 
 const A: Author = Author(1);
 const B: Author = Author(2);
@@ -63,7 +63,7 @@ fn and(events: &[Event], more: &[Event]) -> Vec<Event> {
 fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
     let mut events = and(&two(), &stroke(A, 1)[..2]);
     events.extend([By(A).erase(id(B, 0)), leave(A), By(A).undo(), By(A).moved([id(A, 0)], Vec3::X)]);
-    events.push(point(id(A, 1), Vec3::Y));
+    events.push(Event::Point { t: 0.0, stroke: id(A, 1), p: Vec3::Y, q: Quat::IDENTITY, pressure: 1.0 });
     let mut scene = scene_of(events);
     assert_eq!(scene.counts().ignored_events, 3);
     assert!(!scene.stroke(id(A, 1)).expect("A's").is_open());
@@ -77,11 +77,25 @@ fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
 
 #[test]
 fn numbers_are_those_of_the_author() {
-    let mut theirs = stroke(B, 5);
-    theirs.push(polygon(Some(id(B, 0)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 1.0)));
-    theirs.iter_mut().filter_map(Event::author_mut).for_each(|author| *author = A);
-    let mut events = and(&two(), &theirs);
+    let theirs = stroke(B, 5);
+    let theirs = theirs.iter().cloned().map(|event| match event {
+        Event::Begin { t, stroke, tool, width, color, normal, thinnest, paint, .. } => {
+            Event::Begin { t, author: A, stroke, tool, width, color, normal, thinnest, paint }
+        }
+        other => other,
+    });
+    let mut events = two();
+    events.extend(theirs);
     events.push(By(A).grouped(group_id(B, 1), [], None));
+    let polygon = Event::Polygon {
+        t: 0.0,
+        author: A,
+        stroke: Some(id(B, 0)),
+        vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        shading: None,
+        color: (1.0, 1.0, 1.0, 1.0),
+    };
+    events.push(polygon);
     // No third author has joined, and no author has a number beyond the limit.
     events.extend([By(Author(3)).undo(), join(A), join(Author(Author::MAX)), By(Author(u32::MAX)).undo()]);
     let scene = scene_of(events);
@@ -173,9 +187,13 @@ fn all_together_remember_so_much() {
 #[test]
 fn what_is_made_again_comes_before_what_is_forgotten() {
     let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));
-    let named = |author, group, name: &str| {
-        let (strokes, name) = (Vec::new(), Some(name.to_owned()));
-        Event::Group { t: 0.0, author, group, strokes, parent: None, name }
+    let named = |author, group, name: &str| Event::Group {
+        t: 0.0,
+        author,
+        group,
+        strokes: vec![],
+        parent: None,
+        name: Some(name.to_owned()),
     };
     let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
     let of_a = [By(A).grouped(g, [s], None), named(A, g, "A's"), assign(A, 1)];
