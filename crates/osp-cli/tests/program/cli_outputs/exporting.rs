@@ -137,8 +137,8 @@ fn a_static_model_has_one_part_a_material() {
     };
     // Without ink, whose picture is cut out of its polygons.
     fs::write(folder.path().join("b.ron"), painted(&brushes[..4])).expect("written");
-    OSP.at(&folder).done(["export", "b.ron", "b.glb"]);
-    OSP.at(&folder).done(["export", "b.ron", "b-static.glb", "--static"]);
+    OSP.done_in(folder.path(), ["export", "b.ron", "b.glb"]);
+    OSP.done_in(folder.path(), ["export", "b.ron", "b-static.glb", "--static"]);
     let (again, before) = (bounds("b-static.glb").concat(), bounds("b.glb").concat());
     assert!(again.iter().zip(&before).all(|(a, b)| (a - b).abs() < 5.0e-4), "{again:?} {before:?}");
     if !cfg!(feature = "render") {
@@ -148,7 +148,7 @@ fn a_static_model_has_one_part_a_material() {
     }
     OSP.done_in(folder.path(), ["export", "a.ron", "web.glb", "--compress"]);
     assert!(bytes("web.glb") * 3 < bytes("static.glb") * 2);
-    OSP.at(&folder).done(["export", "b.ron", "b-web.glb", "--compress"]);
+    OSP.done_in(folder.path(), ["export", "b.ron", "b-web.glb", "--compress"]);
     let packed = bounds("b-web.glb").concat();
     assert!(packed.iter().zip(&before).all(|(a, b)| (a - b).abs() < 5.0e-4), "{packed:?} {before:?}");
 }
