@@ -108,7 +108,6 @@ where
     /// A culler with the same objects, without the results of the last [`Culler::cull`].
     fn clone(&self) -> Self {
         Self {
-            keys: self.keys.clone(),
             objects: self.objects.clone(),
             layers: self.layers.clone(),
             details: self.details.clone(),
@@ -117,13 +116,7 @@ where
             refused: self.refused.clone(),
             refused_since: self.refused_since.clone(),
             is_changed: self.is_changed,
-            is_committed: false,
-            are_layers_changed: false,
-            views: Vec::new(),
-            cameras: 0,
-            frusta: Vec::new(),
-            found: Vec::new(),
-            asked: None,
+            ..Self::of(self.keys.clone())
         }
     }
 }
@@ -146,8 +139,12 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
     /// [`FastHash`], is faster, but does not withstand keys that an attacker chooses. Iteration never uses the hash, so
     /// the results do not depend on it.
     pub fn with_hasher(hasher: S) -> Self {
+        Self::of(K::Places::new(hasher))
+    }
+
+    fn of(keys: K::Places<S>) -> Self {
         Self {
-            keys: K::Places::new(hasher),
+            keys,
             objects: Objects::new(),
             layers: Layers::default(),
             details: HashMap::default(),
@@ -532,18 +529,10 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
         let boxes: Vec<_> = boxes.iter().map(|&[min, max]| Aabb::new(corner(min), corner(max))).collect();
         let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum_within(|| *bounds).may_see(bounds);
         let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
-        let mut asked = std::mem::take(&mut self.asked);
-        if let (Some(hiding), Some(window)) = (&self.hiding, camera.hiding_window()) {
-            let mask = camera.layers();
-            hiding.mark_hidden(
-                (!self.draws_all(mask)).then_some(&|slot| self.draws(slot, mask)),
-                (window, camera.frustum()),
-                &mut asked,
-                &boxes,
-                &mut hidden,
-            );
+        let hiding = self.hiding.as_ref().filter(|hiding| self.draws_occluders(hiding, camera.layers()));
+        if let (Some(hiding), Some(window)) = (hiding, camera.hiding_window()) {
+            hiding.mark_hidden((window, camera.frustum()), &mut self.asked, &boxes, &mut hidden);
         }
-        self.asked = asked;
         hidden
     }
 

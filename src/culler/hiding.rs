@@ -163,28 +163,17 @@ impl Hiding {
         self.meshes.tighten();
     }
 
-    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If `draws` is
-    /// false for an object with an occluder, no occluder is used. Otherwise objects behind this undrawn occluder would be
-    /// missing.
+    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used.
     pub(super) fn cull(
         &self,
         objects: &Objects,
-        draws: Option<&dyn Fn(Slot) -> bool>,
         (window, frustum): (&ViewWindow, &Frustum),
         view: &mut Option<Box<OccludedView>>,
         (in_view, drawn): (&VisibleBlocks, &mut VisibleBlocks),
         report: &mut OcclusionReport,
     ) -> bool {
-        if draws.is_some_and(|draws| !self.of_object.keys().all(|&slot| draws(slot))) {
-            report.unseen += 1;
-            return false;
-        }
         let Some(culler) = self.build(view, window, frustum) else { return false };
-        *report = OcclusionReport {
-            unsupported: report.unsupported,
-            unseen: report.unseen,
-            ..*culler.buffer().counts()
-        };
+        *report = *culler.buffer().counts();
         if culler.is_empty() {
             return false;
         }
@@ -217,15 +206,11 @@ impl Hiding {
     /// Sets `hidden` for the boxes that the view's occluders hide.
     pub(super) fn mark_hidden(
         &self,
-        draws: Option<&dyn Fn(Slot) -> bool>,
         (window, frustum): (&ViewWindow, &Frustum),
         view: &mut Option<Box<OccludedView>>,
         boxes: &[Aabb],
         hidden: &mut [bool],
     ) {
-        if draws.is_some_and(|draws| !self.of_object.keys().all(|&slot| draws(slot))) {
-            return;
-        }
         let Some(culler) = self.build(view, window, frustum) else { return };
         for (bounds, hidden) in boxes.iter().zip(hidden) {
             *hidden |= hides_box(culler, bounds);

@@ -4,7 +4,7 @@ use super::{
     camera::Camera,
     culler::Culler,
     detail::{Detail, Eye},
-    hiding::{OccludedView, hides_box},
+    hiding::{Hiding, OccludedView, hides_box},
     keys::{Key, Places, Slot},
 };
 use crate::{
@@ -120,16 +120,11 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
                 state.found.clear();
                 index.frustum_cull_blocks(frustum, &mut state.found);
             }
+            let uses = self.draws_occluders(hiding, mask);
+            state.report.unseen = usize::from(!uses);
             let ViewState { found, drawn, occluders, report, .. } = state;
             let view = (window, camera.frustum());
-            state.is_occluded = hiding.cull(
-                &self.objects,
-                (!self.draws_all(mask)).then_some(&|slot| self.draws(slot, mask)),
-                view,
-                occluders,
-                (found, drawn),
-                report,
-            );
+            state.is_occluded = uses && hiding.cull(&self.objects, view, occluders, (found, drawn), report);
             let set = if state.is_occluded { &state.drawn } else { &state.found };
             Backend::detect().run(ListIds { set, list: &mut state.list });
         } else if is_found {
@@ -156,17 +151,15 @@ impl<K: Key, S: BuildHasher> Culler<K, S> {
             self.choose_levels(&Eye::new(camera), state);
         }
     }
-}
 
-impl<K: Key, S: BuildHasher> Culler<K, S> {
-    /// Whether a camera on these layers draws every object that is in view.
-    pub(super) fn draws_all(&self, mask: u32) -> bool {
-        self.layers.sees_all(mask) && self.details.is_empty()
-    }
-
-    /// Whether a camera on these layers draws the object in a slot at every distance, if it is in view.
-    pub(super) fn draws(&self, slot: Slot, mask: u32) -> bool {
-        self.layers.sees(slot, mask) && !self.details.get(&slot).is_some_and(Detail::is_limited)
+    /// Whether a camera on these layers draws each object with an occluder at every distance. If it does not, it uses no
+    /// occluders, because objects behind one that is not drawn would be missing.
+    pub(super) fn draws_occluders(&self, hiding: &Hiding, mask: u32) -> bool {
+        let is_drawn = |slot: Slot| {
+            self.layers.sees(slot, mask) && !self.details.get(&slot).is_some_and(Detail::is_limited)
+        };
+        (self.layers.sees_all(mask) && self.details.is_empty())
+            || hiding.iter().all(|(slot, _)| is_drawn(slot))
     }
 
     /// Removes the objects of a result that are too far or too small, and chooses the level of detail of the others.
