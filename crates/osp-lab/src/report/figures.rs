@@ -99,7 +99,7 @@ impl RunReport {
     }
 }
 
-/// The time of a run divided by that of the fastest, for each frame on which both were measured.
+/// The ratios of two runs' times: one for each frame that was measured in both.
 fn ratios(fastest: &RunReport, other: &RunReport) -> Vec<f64> {
     let mut all = fastest.curve().iter().peekable();
     let ratio = |of_other: &Measured| {

@@ -109,7 +109,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// What the rows are: indexes, or methods of occlusion culling (`msvbsp, 64 occluders`).
+/// The heading of a table's names: `index`, or `method` for methods of occlusion culling (`msvbsp, 64 occluders`).
 fn kind_of(names: &[&str]) -> String {
     let is_method = |name: &&str| Method::from_name(name.split([',', ' ']).next().unwrap_or(name)).is_some();
     let kind = if !names.is_empty() && names.iter().all(is_method) { "method" } else { "index" };

@@ -187,7 +187,7 @@ pub struct Brush {
     /// experimental.
     #[serde(default)]
     pub is_offered: bool,
-    /// Whether the look is only similar to the original's: a film of soap, or what a headset's cameras see.
+    /// Whether osp draws only a similar brush: it has no films of soap and no pictures of a headset's cameras.
     #[serde(default)]
     pub is_approximate: bool,
     pub family: Family,

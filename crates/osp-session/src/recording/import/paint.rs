@@ -33,7 +33,10 @@ pub(super) struct Corner {
 }
 
 impl Corner {
-    /// Whether corners form a polygon that a recording may hold; the error says what is expected of them.
+    /// Checks that corners form a polygon as in [`Event::check`].
+    ///
+    /// # Errors
+    /// What was expected of the corners.
     pub(super) fn check(corners: &[Self]) -> Result<(), &'static str> {
         let vertices = corners.iter().map(|corner| corner.p).collect();
         let color = (0.0, 0.0, 0.0, 0.0);

@@ -153,7 +153,7 @@ impl Nodes {
         let place = Event::Place { author: Author::SOLE, t: 0.0, group, to: transform };
         let mut to = None;
         below.residual = match place.check() {
-            // A far place is rounded by the group's transform, but not by that of the vertices.
+            // A group's transform is `f32` and would round a far place. So the vertices take the place.
             Ok(()) if below.residual.translation.abs().max_element() >= FAR_M => below.residual,
             Ok(()) => {
                 to = Some(transform).filter(|to| !is_identity(to));
